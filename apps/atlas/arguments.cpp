@@ -18,7 +18,6 @@ void AtlasArguments::add_to(CLI::App& verb) {
   add_read_options(verb, reading);
   add_order_option(verb, by_order);
   output.add_to(verb, "the pictures");
-  begin_group(verb, more(kInputGroup));
   add_flip_option(verb, reading);
   begin_group(verb, kModelGroup);
   verb.add_option("--kernel", kernel,

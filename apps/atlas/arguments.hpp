@@ -26,7 +26,7 @@ struct AtlasArguments {
   std::string groups;      ///< FILE:COLUMN or a property that the file has, or empty
   std::vector<double> at;  ///< values of the covariate that are drawn
   int modes = 3;           ///< in pictures
-  cohort::AtlasOptions options;
+  cohort::AtlasOptions options{.steps = TimeOptions::of(matching::atlas_defaults()).steps};
   cohort::PermutationOptions permutations;
   bool resume = false;
 

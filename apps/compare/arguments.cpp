@@ -64,6 +64,7 @@ std::string CompareArguments::open_noise(const std::string& noise) {
 }
 
 void CompareArguments::add_to(CLI::App& verb) {
+  options.settings.integrator = matching::compare_defaults().integrator.value;
   reads_shape(verb.add_option("SHAPES", shapes,
                               "SOURCE TARGET [TARGET ...]; or one file with several shapes, compared with their mean"))
       ->required();

@@ -206,7 +206,6 @@ void add_ensemble_verb(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("ensemble", "Sample many paths: crossing probability, mean paths, densities");
   auto arguments = std::make_shared<EnsembleArguments>();
   arguments->start.add_to(*verb);
-  begin_group(*verb, more(kInputGroup));
   add_flip_option(*verb, arguments->start.reading);
   begin_group(*verb, more(kModelGroup));
   verb->add_option("--integrator", arguments->integrator, "see pulson info integrators")

@@ -90,6 +90,7 @@ void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
 }  // namespace
 
 void RegisterArguments::add_to(CLI::App& verb) {
+  options.integrator = matching::register_defaults().integrator.value;
   reads_shape(
       verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME; with --template a target, too"))
       ->required();
@@ -100,7 +101,6 @@ void RegisterArguments::add_to(CLI::App& verb) {
   add_order_option(verb, options.data.by_order);
   output.add_to(verb, "registration.png and .svg");
   field.add_to(verb, "the path", "trajectory.csv");
-  begin_group(verb, more(kInputGroup));
   add_flip_option(verb, reading);
   begin_group(verb, kPictureGroup);
   reads_file(verb.add_option(

@@ -288,10 +288,11 @@ void add_order_option(CLI::App& verb, bool& by_order) {
 
 void add_flip_option(CLI::App& verb, formats::ReadOptions& options) {
   verb.add_flag_function(
-      "--flip-y,!--no-flip-y", [&options](std::int64_t count) { options.y_down = count < 0; },
-      "y of the landmarks points up, in all files; --no-flip-y: down, as the rows of a picture [as each file says, "
-      "else "
-      "down]");
+          "--flip-y,!--no-flip-y", [&options](std::int64_t count) { options.y_down = count < 0; },
+          "y of the landmarks points up, in all files; --no-flip-y: down, as the rows of a picture [as each file says, "
+          "else "
+          "down]")
+      ->group(more(kInputGroup));
 }
 
 const std::vector<std::string>& known_values(const std::string& option) {

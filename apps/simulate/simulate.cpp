@@ -193,7 +193,6 @@ void add_simulate_verb(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("simulate", "Draw one or a few sample paths of the stochastic system");
   auto arguments = std::make_shared<SimulateArguments>();
   arguments->start.add_to(*verb);
-  begin_group(*verb, more(kInputGroup));
   add_flip_option(*verb, arguments->start.reading);
   begin_group(*verb, more(kModelGroup));
   verb->add_option("--integrator", arguments->integrator, "see pulson info integrators")

@@ -112,6 +112,7 @@ void WarpArguments::add_to(CLI::App& verb) {
     if (group != nullptr) option->group(group);
     return option;
   };
+  begin_group(verb, kInputGroup);
   reads_file(add(nullptr, "REGISTRATION", registration, "registration.json of pulson register"))->required();
   reads_shape(
       add(nullptr, "INPUT", input, "image of the source (png, jpg, tif, bmp, pgm, ppm; mha, nrrd), or landmarks"))

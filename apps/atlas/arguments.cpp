@@ -7,6 +7,8 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "shell/cohort_shapes.hpp"
+#include "shell/help_groups.hpp"
+#include "shell/open_model.hpp"
 #include "shell/path_options.hpp"
 
 namespace pulson {
@@ -17,13 +19,14 @@ void AtlasArguments::add_to(CLI::App& verb) {
   add_order_option(verb, by_order);
   output.add_to(verb, "the pictures");
   add_flip_option(verb, reading);
+  begin_group(verb, kModelGroup);
   verb.add_option("--kernel", kernel,
                   "kernel, see pulson info kernels; auto: matern32 of the width with the greatest likelihood")
       ->type_name("SPEC")
       ->capture_default_str();
-  verb.add_option("--lambda", lambda, "weight of the energy; auto: fitted")->type_name("NUMBER")->capture_default_str();
+  verb.add_option("--lambda", lambda, "weight of the energy; fit: fitted")->type_name("NUMBER")->capture_default_str();
   verb.add_option("--sigma", sigma,
-                  "standard deviation of a landmark's position: a length, or per cent of the mean's diameter; auto: "
+                  "standard deviation of a landmark's position: a length, or per cent of the mean's diameter; fit: "
                   "fitted; 0: the template is carried onto each shape exactly")
       ->type_name("LENGTH")
       ->capture_default_str();
@@ -36,6 +39,7 @@ void AtlasArguments::add_to(CLI::App& verb) {
                  ->type_name("NAME")
                  ->capture_default_str(),
              "alignment", {"auto"});
+  begin_group(verb, "Statistics");
   reads_column(verb.add_option("--covariate", covariate,
                                "regression of the momenta on a column of numbers of a csv file, such as size or age"));
   verb.add_option("--at", at, "values of the covariate at which the shape is drawn [the least, middle and greatest]")
@@ -44,8 +48,11 @@ void AtlasArguments::add_to(CLI::App& verb) {
   reads_column(verb.add_option("--groups", groups,
                                "comparison of the means of groups: a column of a csv file, or a comment that the "
                                "cohort's file has for each shape"));
+  begin_group(verb, more("Statistics"));
   verb.add_option("--permutations", permutations.count, "permutations of each test")->capture_default_str();
+  begin_group(verb, "Statistics");
   verb.add_option("--modes", modes, "principal components in the pictures")->capture_default_str();
+  begin_group(verb, more(kSearchGroup));
   add_seed_option(verb, permutations.seed);
   verb.add_option("--steps", options.steps, "time steps of each geodesic")->capture_default_str();
   verb.add_option("--tolerance", options.tolerance,
@@ -53,7 +60,9 @@ void AtlasArguments::add_to(CLI::App& verb) {
       ->capture_default_str();
   verb.add_option("--max-iterations", options.max_iterations, "maximum number of iterations of the template")
       ->capture_default_str();
+  begin_group(verb, kSearchGroup);
   verb.add_flag("--resume", resume, "continue with the iterations that are saved in the folder");
+  begin_group(verb, more(kSearchGroup));
   add_threads_option(verb);
 }
 
@@ -77,11 +86,13 @@ cohort::AtlasOptions AtlasArguments::atlas_options() const {
     if (!std::isfinite(value)) throw InputError(fmt::format("--at: {} is not a finite number", value));
   if (!(asked.tolerance > 0))
     throw InputError(fmt::format("--tolerance is {}; it must be greater than 0", asked.tolerance));
+  if (!OpenSpec::parse(kernel, "kernel").open.empty())
+    throw InputError(fmt::format("--kernel {}: an atlas fits the width of auto alone; give a number", kernel));
   if (kernel != "auto") asked.kernel = kernel;
-  if (lambda != "auto") asked.lambda = parse_number(lambda, "--lambda");
+  if (!is_fitted("--lambda", lambda)) asked.lambda = parse_number(lambda, "--lambda");
   if (asked.lambda && !(*asked.lambda > 0))
     throw InputError(fmt::format("--lambda is {}; it must be greater than 0", lambda));
-  if (sigma != "auto") {
+  if (!is_fitted("--sigma", sigma)) {
     asked.sigma = Length::parse(sigma, "--sigma");
     if (!(asked.sigma->in(1) >= 0)) throw InputError(fmt::format("--sigma is {}; it must be 0 or greater", sigma));
   }

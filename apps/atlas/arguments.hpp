@@ -17,16 +17,16 @@ struct AtlasArguments {
   formats::ReadOptions reading;
   bool by_order = false;
   OutputOptions output;
-  std::string kernel = "auto";
-  std::string lambda = "auto";
-  std::string sigma = "auto";
+  std::string kernel = matching::atlas_defaults().kernel.value;
+  std::string lambda = matching::atlas_defaults().lambda.value;
+  std::string sigma = matching::atlas_defaults().sigma.value;
   std::string noise = "none";
-  std::string align = "auto";
+  std::string align = matching::atlas_defaults().align.value;
   std::string covariate;   ///< FILE:COLUMN, or empty
   std::string groups;      ///< FILE:COLUMN or a property that the file has, or empty
   std::vector<double> at;  ///< values of the covariate that are drawn
   int modes = 3;           ///< in pictures
-  cohort::AtlasOptions options;
+  cohort::AtlasOptions options{.steps = TimeOptions::of(matching::atlas_defaults()).steps};
   cohort::PermutationOptions permutations;
   bool resume = false;
 

@@ -1,44 +1,92 @@
 #include "arguments.hpp"
 
-#include <string_view>
+#include <algorithm>
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
+#include "core/open_numbers.hpp"
+#include "matching/defaults.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/cohort_shapes.hpp"
+#include "shell/help_groups.hpp"
+#include "shell/open_model.hpp"
 #include "shell/options.hpp"
 #include "shell/path_options.hpp"
 
 namespace pulson {
 namespace {
 
-constexpr double kUsualSigma = 0.01;  // of the diameter
-constexpr std::string_view kFittedWidth = "alpha=fit";
+// A comparison finds starting values by itself, and has no priors of numbers.
+void require_plain(const OpenSpec& spec, const std::string& given, const std::string& option) {
+  for (const OpenNumber& number : spec.open)
+    if (!number.start.empty() || number.log_deviation)
+      throw InputError(
+          fmt::format("{} {}: numbers are fitted from their own starting values and without priors here: "
+                      "{}=fit",
+                      option, quoted_line(given), number.name));
+}
 
 }  // namespace
 
-std::vector<std::string> usual_noises() { return {"none", "ch-sd", "p-sd:fields=grid,count=3", "trouve-vialard"}; }
+std::vector<std::string> usual_noises() {
+  return {"none", "ch-sd:beta=fit", "p-sd:beta=fit,fields=grid,count=3", "trouve-vialard:sigma=fit"};
+}
+
+std::vector<NoiseChoice> CompareArguments::candidates() const {
+  std::vector<NoiseChoice> all;
+  for (const std::string& noise : noises.empty() ? usual_noises() : noises) all.emplace_back(open_noise(noise));
+  return all;
+}
+
+std::vector<NoiseChoice> CompareArguments::simulated() const {
+  if (simulate == std::vector<std::string>{"all"}) return candidates();
+  std::vector<NoiseChoice> all;
+  for (const std::string& noise : simulate) all.emplace_back(open_noise(noise));
+  return all;
+}
+
+// fit_cohort() fits what has no default and is left out.
+std::string CompareArguments::open_noise(const std::string& noise) {
+  const OpenSpec spec = OpenSpec::parse(noise, "noise");
+  require_plain(spec, noise, "--noise");
+  require_numbers(spec, noise_table());
+  const std::vector<MissingNumber> missing = missing_numbers(spec.text, noise_table());
+  const auto is_missing = [&](const std::string& name) {
+    return std::any_of(missing.begin(), missing.end(),
+                       [&](const MissingNumber& number) { return number.name == name; });
+  };
+  for (const OpenNumber& number : spec.open)
+    if (!is_missing(number.name))
+      throw InputError(
+          fmt::format("--noise {}: compare does not fit {}; give a number, or leave it out", noise, number.name));
+  return spec.text;
+}
 
 void CompareArguments::add_to(CLI::App& verb) {
+  options.settings.integrator = matching::compare_defaults().integrator.value;
   reads_shape(verb.add_option("SHAPES", shapes,
                               "SOURCE TARGET [TARGET ...]; or one file with several shapes, compared with their mean"))
       ->required();
+  begin_group(verb, kModelGroup);
   verb.add_option("--noise", noises,
-                  "a noise model; required parameters that are left out are fitted [none, ch-sd, "
-                  "p-sd:fields=grid,count=3, trouve-vialard]")
+                  fmt::format("a noise model; beta=fit: that number is fitted [{}]", fmt::join(usual_noises(), ", ")))
       ->type_name("SPEC");
+  begin_group(verb, kInputGroup);
   reads_shape(
       verb.add_option("--source", source, "shape that the others are compared with, or mean: their Procrustes mean"));
   add_read_options(verb, reading);
   add_flip_option(verb, reading);
   add_order_option(verb, by_order);
+  begin_group(verb, more(kInputGroup));
   verb.add_flag("--merge-coincident", merge_coincident,
                 "merge landmarks at the same position in the source, and take the mean of theirs in each target");
   output.add_to(verb, "comparison.png and .svg");
-  verb.add_option("--sigma", sigma, "digitising error, length units; auto: 1 % of the diameter")
-      ->type_name("NUMBER")
-      ->capture_default_str();
+  begin_group(verb, kModelGroup);
+  verb.add_option("--sigma", sigma,
+                  fmt::format("digitising error: a length, or per cent of the source's diameter [{}]",
+                              matching::compare_defaults().sigma.value))
+      ->type_name("LENGTH");
   only_known(verb.add_option("--align", align,
                              "transformation removed from each target: none, translation, rigid, similarity, affine; "
                              "auto: similarity about a mean, else none")
@@ -51,11 +99,14 @@ void CompareArguments::add_to(CLI::App& verb) {
   verb.add_option("--lambda", lambda, "inverse variance of the momenta; fit: fitted in each model")
       ->type_name("NUMBER")
       ->capture_default_str();
+  begin_group(verb, more(kModelGroup));
   verb.add_option("--integrator", options.settings.integrator, "see pulson info integrators")
       ->type_name("NAME")
       ->capture_default_str();
+  begin_group(verb, kSearchGroup);
   verb.add_option("--folds", options.folds, "cross-validation folds for predicting held-out shapes; 0: none")
       ->capture_default_str();
+  begin_group(verb, more(kSearchGroup));
   verb.add_option("--forward-samples", options.forward_samples,
                   "shapes drawn from each model to predict held-out shapes")
       ->capture_default_str();
@@ -71,20 +122,24 @@ void CompareArguments::add_to(CLI::App& verb) {
                   "cohorts drawn without noise, for the p-values; 0: from their limit for many shapes")
       ->capture_default_str();
   verb.add_flag("--no-maps", no_maps, "do not measure folded areas");
+  begin_group(verb, kManyGroup);
   verb.add_option("--simulate", simulate,
-                  "draw cohorts from this model instead and count which model is chosen; parameters left out are "
-                  "fitted to the shapes; all: every --noise")
+                  "draw cohorts from this model instead and count which model is chosen; beta=fit: fitted to the "
+                  "shapes; all: every --noise")
       ->type_name("SPEC");
+  begin_group(verb, more(kManyGroup));
   verb.add_option("--true-lambda", true_lambda,
                   "inverse variance of the momenta in the generating models [fitted to the shapes]");
   verb.add_option("--true-kernel", true_kernel,
                   "kernel of the generating models, with --true-lambda [that of --kernel, of automatic width where its "
                   "width is fitted]")
       ->type_name("SPEC");
+  begin_group(verb, kManyGroup);
   verb.add_option("--count", count, "cohorts drawn from each model")->capture_default_str();
   verb.add_option("--cohort-size", cohort_size,
                   "shapes in each cohort drawn [as many as are given, or 20 if one is given]");
   units.add_to(verb, "cohorts of --simulate");
+  begin_group(verb, more(kSearchGroup));
   add_seed_option(verb, options.settings.seed);
   time.add_to(verb, "1");
   add_threads_option(verb);
@@ -155,21 +210,27 @@ compare::CompareOptions CompareArguments::options_about(const Landmarks& about, 
   if (true_lambda && !(*true_lambda > 0))
     throw InputError(fmt::format("--true-lambda is {}; it must be greater than 0", *true_lambda));
   asked.settings.grid = time.grid();
-  std::string spec = kernel;
-  if (const std::size_t place = spec.find(kFittedWidth); place != std::string::npos) {
-    asked.settings.fit_width = true;
-    spec.replace(place, kFittedWidth.size(), "alpha=auto");
-  }
-  asked.settings.kernel = make_kernel(spec, about.points).spec();
+  const OpenSpec width = OpenSpec::parse(kernel, "kernel");
+  require_plain(width, kernel, "--kernel");
+  asked.settings.fit_width = !width.open.empty();
+  const std::size_t terms = parse_spec_sum(kernel, "kernel").size();
+  for (const OpenNumber& number : width.open)
+    if (!number.name.ends_with("alpha") || width.open.size() != terms)
+      throw InputError(fmt::format("--kernel {}: compare fits the widths alpha, of a sum all by one factor", kernel));
+  asked.settings.kernel = make_kernel(width.text, about.points).spec();
   if (!true_kernel.empty()) static_cast<void>(make_kernel(true_kernel, about.points));
   asked.maps = !no_maps;
-  if (lambda != "fit") asked.settings.lambda = parse_number(lambda, "--lambda");
-  asked.settings.sigma = sigma == "auto" ? kUsualSigma * diameter(about.points) : parse_number(sigma, "--sigma");
-  if (sigma == "auto")
+  if (!is_fitted("--lambda", lambda)) asked.settings.lambda = parse_number(lambda, "--lambda");
+  const matching::Default& usual = matching::compare_defaults().sigma;
+  if (sigma && OpenNumber::parse(*sigma, "--sigma"))
+    throw InputError(
+        "compare does not fit sigma; --sigma is the digitising error, a length or per cent of the diameter");
+  asked.settings.sigma = Length::parse(sigma.value_or(usual.value), "--sigma").in(diameter(about.points));
+  if (!sigma)
     notes.push_back(
-        fmt::format("sigma {:.3g}, 1 % of the diameter, is a guess: give --sigma, the digitising error, on which the "
+        fmt::format("sigma {:.3g}, {} of the diameter, is a guess: give --sigma, the digitising error, on which the "
                     "ranking depends",
-                    asked.settings.sigma.in(0)));
+                    asked.settings.sigma.in(0), usual.value));
   return asked;
 }
 

@@ -20,11 +20,11 @@ struct CompareArguments {
   std::optional<std::string> source;
   formats::ReadOptions reading;
   bool by_order = false;
-  std::string kernel = "gaussian:alpha=fit";
-  std::string align = "auto";
+  std::string kernel = matching::compare_defaults().kernel.value;
+  std::string align = matching::compare_defaults().align.value;
   std::string evidence = "importance";
-  std::string sigma = "auto";
-  std::string lambda = "fit";
+  std::optional<std::string> sigma;
+  std::string lambda = matching::compare_defaults().lambda.value;
   compare::CompareOptions options;
   bool no_maps = false;
   bool merge_coincident = false;
@@ -33,11 +33,16 @@ struct CompareArguments {
   std::string true_kernel;
   int count = 20;
   std::optional<int> cohort_size;
-  TimeOptions time{.time = {}, .automatic = true, .dt = {}};
+  TimeOptions time = TimeOptions::of(matching::compare_defaults());
   UnitOptions units;  ///< of --simulate
   OutputOptions output;
 
   void add_to(CLI::App& verb);
+
+  /// The models of --noise, or the usual ones, with the numbers that are fitted left out. @throws InputError
+  std::vector<NoiseChoice> candidates() const;
+  /// Those of --simulate.
+  std::vector<NoiseChoice> simulated() const;
 
   /// The shapes, and notes about them. @throws InputError
   compare::CohortShapes read(std::vector<std::string>& notes) const;
@@ -45,6 +50,7 @@ struct CompareArguments {
   compare::CompareOptions compare_options(const compare::CohortShapes& shapes, std::vector<std::string>& notes) const;
 
  private:
+  static std::string open_noise(const std::string& noise);
   compare::CompareOptions options_about(const Landmarks& source, std::vector<std::string>& notes) const;
 };
 

@@ -56,6 +56,7 @@ int run_comparison(const CompareArguments& arguments, const compare::CohortShape
                    compare::CompareOptions options, std::vector<std::string> notes) {
   const double start = seconds_now();
   Progress progress;
+  const std::vector<NoiseChoice> noises = arguments.candidates();
   double part = 0;
   std::string name;
   int matches = 0;
@@ -66,15 +67,14 @@ int run_comparison(const CompareArguments& arguments, const compare::CohortShape
   };
   options.on_model = [&](int model, const std::string& noise) {
     const std::lock_guard lock(turn);
-    part = static_cast<double>(model) / static_cast<double>(arguments.noises.size());
+    part = static_cast<double>(model) / static_cast<double>(noises.size());
     name = noise;
     matches = 0;
     progress.show(part, noise);
-    log_step(fmt::format("model {} of {}: {}", model + 1, arguments.noises.size(), noise));
+    log_step(fmt::format("model {} of {}: {}", model + 1, noises.size(), noise));
   };
   arguments.output.check(kComparisonFiles, kComparisonPictures);
-  const compare::Comparison comparison =
-      compare_models(shapes, {arguments.noises.begin(), arguments.noises.end()}, options);
+  const compare::Comparison comparison = compare_models(shapes, noises, options);
   progress.clear();
   const double seconds = seconds_now() - start;
   notes.insert(notes.end(), comparison.notes.begin(), comparison.notes.end());
@@ -117,15 +117,12 @@ void add_compare_verb(CLI::App& program, int& exit_code) {
   verb->footer(
       "Examples:\n"
       "  pulson compare skulls.tps -o out --sigma 0.5\n"
-      "  pulson compare a.csv b.csv -o out --noise none --noise ch-sd --noise ch-sd:beta=0.3 --sigma 0.02\n"
+      "  pulson compare a.csv b.csv -o out --noise none --noise ch-sd:beta=fit --noise ch-sd:beta=0.3 --sigma 0.02\n"
       "  pulson compare skulls.tps -o out --source skulls.tps#1 --align similarity --sigma 0.5\n"
       "  pulson compare skulls.tps -o out --sigma 0.5 --simulate all --count 50\n"
       "  pulson compare skulls.tps --sigma 0.5 --simulate all --count 50 --shard 3/8 -o parts\n"
       "Exit codes: 0 done, 2 bad input, 3 a fit did not converge (results are written).");
-  verb->callback([arguments, verb, &exit_code] {
-    if (arguments->noises.empty()) arguments->noises = usual_noises();
-    exit_code = run_compare(*arguments, *verb);
-  });
+  verb->callback([arguments, verb, &exit_code] { exit_code = run_compare(*arguments, *verb); });
 }
 
 }  // namespace pulson

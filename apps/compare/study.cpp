@@ -26,12 +26,10 @@ constexpr const char* kCohorts = "cohorts";
 // The models that are drawn from: what they leave open is fitted to the shapes.
 std::vector<compare::TrueModel> true_models(const CompareArguments& arguments, const compare::Cohort& cohort,
                                             const compare::CohortSettings& settings) {
-  std::vector<std::string> asked = arguments.simulate;
-  if (asked == std::vector<std::string>{"all"}) asked = arguments.noises;
   std::vector<compare::TrueModel> models;
   compare::CohortSettings quick = settings;
   if (arguments.true_lambda) quick.lambda = arguments.true_lambda;
-  for (const std::string& noise : asked) {
+  for (const NoiseChoice& noise : arguments.simulated()) {
     if (arguments.true_lambda && compare::is_complete(noise, cohort.source)) {
       models.push_back({noise, *arguments.true_lambda, arguments.true_kernel});
       continue;
@@ -109,9 +107,11 @@ struct StudyTask {
         options(arguments.compare_options(shapes, read_notes)),
         study{options.settings, arguments.count,       arguments.cohort_size.value_or(usual_size(shapes)),
               cohort.alignment, options.settings.seed, {}},
-        candidates(arguments.noises),
         notes(std::move(read_notes)) {
-    for (const std::string& noise : candidates) compare::is_complete(noise, cohort.source);  // refuses unknown ones
+    for (const NoiseChoice& noise : arguments.candidates()) {
+      compare::is_complete(noise, cohort.source);  // refuses what cannot be made for these shapes
+      candidates.push_back(noise.spec());
+    }
   }
 
   compare::RecoveryStudy with(const Json& facts) const {
@@ -178,7 +178,6 @@ int merge_study(const records::UnitRun& whole, const OutputOptions& output) {
   CompareArguments arguments;
   arguments.add_to(verb);
   apply_settings(whole.settings, "settings of the parts", verb);
-  if (arguments.noises.empty()) arguments.noises = usual_noises();
   const StudyTask task(arguments, shapes_of(whole), whole.notes);
   output.check(kStudyFiles, kStudyPictures);
   return write_study(task, whole, output);

@@ -11,6 +11,7 @@
 #include "pulson/records/records.hpp"
 #include "results.hpp"
 #include "sampling.hpp"
+#include "shell/help_groups.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/path_options.hpp"
@@ -31,9 +32,9 @@ constexpr std::int64_t kMostHistograms = 100'000;  // of 512 bins: 200 MB
 
 struct EnsembleArguments {
   StartOptions start;
-  TimeOptions time{.time = {}, .steps = 20, .dt = 0.02};
+  TimeOptions time = TimeOptions::of(matching::path_defaults());
   ensemble::EnsembleOptions options;
-  std::string integrator = "variational";
+  std::string integrator = matching::path_defaults().integrator.value;
   int records = 101;
   std::vector<double> densities;
   std::string shard;
@@ -206,27 +207,35 @@ void add_ensemble_verb(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<EnsembleArguments>();
   arguments->start.add_to(*verb);
   add_flip_option(*verb, arguments->start.reading);
+  begin_group(*verb, more(kModelGroup));
   verb->add_option("--integrator", arguments->integrator, "see pulson info integrators")
       ->type_name("NAME")
       ->capture_default_str();
+  begin_group(*verb, kModelGroup);
   arguments->time.add_to(*verb, "100 with --q, else 1, or that of --from");
+  begin_group(*verb, kSamplingGroup);
   verb->add_option("--samples", arguments->options.samples, "number of paths")->capture_default_str();
   verb->add_flag("--antithetic", arguments->options.antithetic, "paths in pairs with opposite noise");
   add_seed_option(*verb, arguments->options.seed);
+  begin_group(*verb, more(kSamplingGroup));
   verb->add_option("--bound", arguments->options.momentum_bound, "momentum beyond which a path counts as lost")
       ->capture_default_str();
   verb->add_option("--records", arguments->records, "number of evenly spaced times at which statistics are taken")
       ->capture_default_str();
+  begin_group(*verb, kSamplingGroup);
   verb->add_option("--densities", arguments->densities, "additional times with statistics and histograms")
       ->type_name("TIMES")
       ->delimiter(',');
   verb->add_flag("--resume", arguments->resume, "continue from what is saved in the folder");
+  begin_group(*verb, more(kSamplingGroup));
   verb->add_option("--stop-after", arguments->stop_after, "stop after this many samples; continue with --resume");
+  begin_group(*verb, kSamplingGroup);
   verb->add_option("--sweep", arguments->sweep,
                    "the probability of crossing for several values of a number of the noise or kernel: "
                    "beta=0:6.5:0.25 or kernel.alpha=0.5,1,2")
       ->type_name("NAME=VALUES");
   verb->add_option("--shard", arguments->shard, "sample part i of n, for pulson merge")->type_name("i/n");
+  begin_group(*verb, more(kSamplingGroup));
   add_threads_option(*verb);
   arguments->results.add_to(*verb);
   verb->footer(

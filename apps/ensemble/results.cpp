@@ -7,6 +7,7 @@
 #include "picture.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "report.hpp"
+#include "shell/help_groups.hpp"
 #include "shell/messages.hpp"
 #include "shell/path_options.hpp"
 #include "shell/probability_text.hpp"
@@ -101,6 +102,7 @@ void print_summary(const records::EnsembleRun& run) {
 }  // namespace
 
 void EnsembleOutput::add_to(CLI::App& verb) {
+  begin_group(verb, more(kInputGroup));
   writes_file(
       verb.add_option("--save-final", save_final, "write the final states: .npy, [sample][q,p][landmark][axis]"));
   writes_file(verb.add_option("--save-paths", save_paths,

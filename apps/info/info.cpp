@@ -12,6 +12,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/paths.hpp"
+#include "matching/defaults.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/integrators/integrator.hpp"
@@ -161,6 +162,21 @@ void print_shape(std::size_t number, const Landmarks& shape, const ShapeFacts& f
 
 // ---- as JSON
 
+std::string json_text(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+// What --json asks for. @return whether the text is to be printed, too
+template <class MakeText>
+bool write_json(const std::string& json, const MakeText& make) {
+  if (json.empty()) return true;
+  if (json == "-") {
+    print_exact(make());
+    return false;
+  }
+  check_output_file(json);
+  write_file_atomically(json, make());
+  return true;
+}
+
 Json shape_json(const Landmarks& shape, const ShapeFacts& facts) {
   return {{"name", shape.name},
           {"count", shape.count()},
@@ -181,7 +197,7 @@ std::string file_json(const std::string& address, const FileFacts& facts) {
   for (std::size_t i = 0; i < file.shapes.size(); ++i)
     json["shapes"].push_back(shape_json(file.shapes[i], facts.shapes[i]));
   json["warnings"] = file.warnings;
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json);
 }
 
 /// How `pulson info FILE` reads a file and describes it.
@@ -193,10 +209,8 @@ struct FileInfoOptions {
 
 /// What the file, or one shape of it, holds: first of all shapes, then a line for each. @throws InputError
 void print_file_info(const std::string& address, const FileInfoOptions& options) {
-  if (!options.json.empty() && options.json != "-") check_output_file(options.json);
   const FileFacts facts(read_addressed_shapes(address, options.reading));
-  if (options.json == "-") return print_exact(file_json(address, facts));
-  if (!options.json.empty()) write_file_atomically(options.json, file_json(address, facts));
+  if (!write_json(options.json, [&] { return file_json(address, facts); })) return;
   print_summary(address, facts);
   const std::size_t count = facts.shapes.size();
   const std::size_t listed = options.all ? count : std::min(kListed, count);
@@ -237,14 +251,50 @@ void print_formats() {
                list_extensions(format), extensions, format.help);
 }
 
+// ---- of the defaults
+
+constexpr std::size_t kValueWidth = 19;  // of the longest, gaussian:alpha=auto
+
+// A paragraph for each task: its defaults, and why one is not that of `register`.
+void print_defaults() {
+  for (const matching::TaskDefaults& task : matching::default_table()) {
+    print_text("{}\n", task.task);
+    for (const matching::DefaultColumn& column : matching::default_columns()) {
+      const matching::Default& usual = task.*column.setting;
+      if (usual.value.empty()) continue;
+      const std::string gap(usual.reason.empty() ? 0 : kValueWidth - usual.value.size() + 1, ' ');
+      print_text("    {:<13} {}{}\n", column.option, usual.value, gap + usual.reason);
+    }
+  }
+}
+
+std::string defaults_json() {
+  Json tasks = Json::array();
+  for (const matching::TaskDefaults& task : matching::default_table()) {
+    Json row = {{"task", task.task}};
+    for (const matching::DefaultColumn& column : matching::default_columns()) {
+      const matching::Default& usual = task.*column.setting;
+      row[std::string(column.option.substr(2))] =
+          usual.value.empty() ? Json(nullptr) : Json{{"value", usual.value}, {"reason", usual.reason}};
+    }
+    tasks.push_back(std::move(row));
+  }
+  return json_text(Json{{"defaults", std::move(tasks)}});
+}
+
 void print_info(const std::string& what, const FileInfoOptions& options) {
+  if (what == "defaults") {
+    if (write_json(options.json, [] { return defaults_json(); })) print_defaults();
+    return;
+  }
   if (what == "kernels") return print_table(kernel_table());
   if (what == "noises") return print_table(noise_table());
   if (what == "integrators") return print_table(integrator_table());
   if (what == "formats") return print_formats();
   if (what != "-" && kind_of(what) == PathKind::kMissing && what.find('#') == std::string::npos)
-    throw InputError("info: '" + what + "' is neither a file nor one of kernels, noises, integrators, formats" +
-                     suggestion(what, {"kernels", "noises", "integrators", "formats"}));
+    throw InputError("info: '" + what +
+                     "' is neither a file nor one of kernels, noises, integrators, formats, defaults" +
+                     suggestion(what, {"kernels", "noises", "integrators", "formats", "defaults"}));
   print_file_info(what, options);
 }
 
@@ -254,15 +304,16 @@ void add_info_verb(CLI::App& program) {
   CLI::App* verb = program.add_subcommand("info", "Print the tables of kernels, noises, … or the contents of a file");
   auto what = std::make_shared<std::string>();
   auto options = std::make_shared<FileInfoOptions>();
-  reads_shape(verb->add_option("WHAT", *what, "kernels, noises, integrators, formats, or a landmark file"))->required();
+  reads_shape(verb->add_option("WHAT", *what, "kernels, noises, integrators, formats, defaults, or a landmark file"))
+      ->required();
   verb->add_flag("--all", options->all, "list all shapes of the file, not only the first 20");
-  writes_file(
-      verb->add_option("--json", options->json,
-                       "also write the contents as JSON to this file; -: to standard output, without the text"));
+  writes_file(verb->add_option(
+      "--json", options->json,
+      "also write the contents, or the defaults, as JSON to this file; -: to standard output, without the text"));
   add_quiet_option(*verb);
   add_read_options(*verb, options->reading);
   verb->footer(
-      "Examples:\n  pulson info noises\n  pulson info wings.tps\n"
+      "Examples:\n  pulson info noises\n  pulson info defaults\n  pulson info wings.tps\n"
       "Exit codes: 0 done, 2 bad input.");
   verb->callback([what, options] { print_info(*what, *options); });
 }

@@ -5,6 +5,7 @@
 #include "core/paths.hpp"
 #include "core/text.hpp"
 #include "pulson/formats/landmark_files.hpp"
+#include "shell/help_groups.hpp"
 #include "shell/options.hpp"
 #include "shell/path_options.hpp"
 #include "shell/picture_sizes.hpp"
@@ -14,10 +15,13 @@ namespace {
 
 void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
   matching::RegistrationOptions& options = arguments.options;
+  begin_group(verb, kModelGroup);
   verb.add_option("--sigma", arguments.sigma,
-                  "standard deviation of a landmark's position: a length, or per cent of the source's diameter")
+                  "standard deviation of a landmark's position: a length, or per cent of the source's diameter; fit: "
+                  "fitted first")
       ->type_name("LENGTH")
       ->capture_default_str();
+  begin_group(verb, more(kModelGroup));
   reads_file(verb.add_option("--weights", arguments.weights,
                              "csv: a weight for each landmark; its variance is sigma^2 divided by it"));
   reads_file(
@@ -25,11 +29,13 @@ void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
                       "csv: variance, variances of the axes or covariance of each landmark, instead of sigma^2"));
   verb.add_flag("--merge-coincident", options.data.merge_coincident,
                 "merge landmarks at the same position in the source, with the mean of their targets");
+  begin_group(verb, kModelGroup);
   only_known(verb.add_option("--data", arguments.data,
                              "landmarks; for outlines without correspondence varifold, or current (oriented)")
                  ->type_name("NAME")
                  ->capture_default_str(),
              "data");
+  begin_group(verb, more(kModelGroup));
   verb.add_option("--data-width", arguments.data_width, "width of the kernel that compares outlines")
       ->type_name("NUMBER")
       ->capture_default_str();
@@ -38,6 +44,7 @@ void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
                  ->type_name("NAME")
                  ->capture_default_str(),
              "ends");
+  begin_group(verb, kModelGroup);
   only_known(
       verb.add_option(
               "--align", arguments.align,
@@ -46,15 +53,19 @@ void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
           ->type_name("NAME")
           ->capture_default_str(),
       "alignment", {"auto"});
+  begin_group(verb, more(kModelGroup));
   verb.add_flag("--reflect", options.reflect, "allow the alignment to reflect the shape");
 }
 
 void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
   matching::RegistrationOptions& options = arguments.options;
-  verb.add_option("--lambda", arguments.lambda,
-                  "weight of the energy; auto: fitted with --kernel auto, else 1/diameter^2 of the source")
+  begin_group(verb, kModelGroup);
+  verb.add_option(
+          "--lambda", arguments.lambda,
+          "weight of the energy; auto: fitted with --kernel auto, else 1/diameter^2 of the source; fit: fitted first")
       ->type_name("NUMBER")
       ->capture_default_str();
+  begin_group(verb, kSearchGroup);
   only_known(verb.add_option("--solver", arguments.solver,
                              "paths; shooting, by the paper's integrator (20) unless --integrator says otherwise: by "
                              "gauss-newton, or where large lbfgs, which can be named, too; auto: paths where there is "
@@ -64,13 +75,9 @@ void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
              "solver");
   verb.add_flag("--uncertainty", options.uncertainty,
                 "standard deviations of momenta and end points, by Laplace's approximation");
+  begin_group(verb, more(kSearchGroup));
   verb.add_flag("--homotopy", arguments.homotopy,
                 "how far from diffeomorphic the pair is: J while beta of the noise is halved ten times");
-  verb.add_option(
-          "--fit", arguments.fit,
-          "parameters of noise and kernel to fit first, by maximum evidence: beta,alpha; also lambda and data-sigma")
-      ->type_name("NAMES")
-      ->delimiter(',');
   verb.add_option("--samples", options.samples, "realisations of the noise in mode expected")->capture_default_str();
   add_seed_option(verb, options.seed);
   verb.add_option("--tolerance", options.minimise.gradient_tolerance,
@@ -83,21 +90,23 @@ void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
 }  // namespace
 
 void RegisterArguments::add_to(CLI::App& verb) {
+  options.integrator = matching::register_defaults().integrator.value;
   reads_shape(
       verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME; with --template a target, too"))
       ->required();
   reads_shape(verb.add_option("TARGET", targets,
                               "shapes to match, each separately: as SOURCE, or a file of several; without one, the "
                               "shapes of SOURCE are registered to their mean"));
-  reads_shape(verb.add_option("--template", from, "source of all shapes: a shape, or mean: their Procrustes mean"));
   add_read_options(verb, reading);
   add_order_option(verb, options.data.by_order);
   output.add_to(verb, "registration.png and .svg");
   field.add_to(verb, "the path", "trajectory.csv");
   add_flip_option(verb, reading);
+  begin_group(verb, kPictureGroup);
   reads_file(verb.add_option(
       "--image", image,
       "image of the source, drawn below the landmarks [the one that its file names, if it is beside it]"));
+  begin_group(verb, more(kPictureGroup));
   verb.add_option("--pixel-size", pixel_size, "landmark units per pixel of the image [1]");
   verb.add_option("--origin", origin,
                   "x,y of the image's first pixel (where y points up, of its lower edge), landmark units [0,0]")
@@ -106,17 +115,23 @@ void RegisterArguments::add_to(CLI::App& verb) {
   reads_file(verb.add_option("--mesh", mesh,
                              "surface of the source in 3D (ply, stl, obj), drawn below the landmarks [the one beside "
                              "its file, of the same name]"));
-  verb.add_option("--kernel", kernel,
-                  "kernel, see pulson info kernels; auto: matern32 of the width of maximum likelihood")
+  begin_group(verb, kModelGroup);
+  verb.add_option(
+          "--kernel", kernel,
+          "kernel, see pulson info kernels; auto: matern32 of the width of maximum likelihood; alpha=fit: fitted "
+          "first, by maximum evidence, as all that is fit")
       ->type_name("SPEC")
       ->capture_default_str();
-  verb.add_option("--noise", noise, "noise model, see pulson info noises")->type_name("SPEC")->capture_default_str();
+  verb.add_option("--noise", noise, "noise model, see pulson info noises; beta=fit: fitted first, 2%:fit: from 2 %")
+      ->type_name("SPEC")
+      ->capture_default_str();
   only_known(verb.add_option("--mode", mode,
                              "deterministic: no noise; metamorphosis: the least expensive path under noise [for ch-sd, "
                              "ch-sd-screened, p-sd]; map: the most probable one [for other noise]; pathwise: for one "
                              "realisation of the noise; expected: for the mean over realisations")
                  ->type_name("NAME"),
              "mode");
+  begin_group(verb, more(kModelGroup));
   verb.add_option(
           "--integrator", options.integrator,
           "see pulson info integrators; auto: variational with --solver shooting, in pathwise and expected, else rk4 "
@@ -125,10 +140,16 @@ void RegisterArguments::add_to(CLI::App& verb) {
       ->capture_default_str();
   add_data_options(verb, *this);
   add_solver_options(verb, *this);
+  begin_group(verb, more(kModelGroup));
   time.add_to(verb, "1");
+  begin_group(verb, kManyGroup);
+  reads_shape(verb.add_option("--template", from, "source of all shapes: a shape, or mean: their Procrustes mean"));
   units.add_to(verb, "shapes, where there are several");
+  begin_group(verb, more(kSearchGroup));
   add_threads_option(verb);
 }
+
+OpenModel RegisterArguments::model() const { return {kernel, noise, sigma, lambda}; }
 
 bool RegisterArguments::asks_for_cohort() const {
   return !from.empty() || targets.size() != 1 || read_addressed_shapes(targets.front(), reading).shapes.size() > 1;
@@ -153,14 +174,10 @@ SourceImage RegisterArguments::source_image(Landmarks& shape, std::vector<std::s
 matching::RegistrationOptions RegisterArguments::registration_options(const Landmarks& shape,
                                                                       std::vector<std::string>& notes) const {
   matching::RegistrationOptions asked = options;
-  asked.kernel = kernel;
-  asked.noise = noise;
+  model().set(asked);
   asked.grid = time.grid();
   asked.more_steps = !time.chosen && !time.dt;
   if (mode) asked.mode = matching::parse_mode(*mode);
-  asked.sigma = Length::parse(sigma, "--sigma");
-  if (!(asked.sigma.in(1) > 0)) throw InputError(fmt::format("--sigma is {}; it must be greater than 0", sigma));
-  if (lambda != "auto") asked.lambda = parse_number(lambda, "--lambda");
   if (align != "auto") asked.align = parse_alignment(align);
   asked.minimise.solver = matching::parse_solver(solver);
   asked.data.kind = matching::parse_data_kind(data);

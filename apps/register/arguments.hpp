@@ -3,8 +3,10 @@
 #include <optional>
 #include <string>
 
+#include "matching/defaults.hpp"
 #include "pulson/matching/registration.hpp"
 #include "shell/field_files.hpp"
+#include "shell/open_model.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
 #include "shell/units.hpp"
@@ -21,20 +23,19 @@ struct RegisterArguments {
   OutputOptions output;
   FieldOptions field;
   matching::RegistrationOptions options;
-  TimeOptions time;
-  std::string kernel = "auto";
+  TimeOptions time = TimeOptions::of(matching::register_defaults());
+  std::string kernel = matching::register_defaults().kernel.value;
   std::string noise = "none";
   std::optional<std::string> mode;
-  std::string sigma = "0.5%";
-  std::string lambda = "auto";
-  std::string align = "auto";
+  std::string sigma = matching::register_defaults().sigma.value;
+  std::string lambda = matching::register_defaults().lambda.value;
+  std::string align = matching::register_defaults().align.value;
   std::string solver = "auto";
   std::string data = "landmarks";
   std::string data_width = "auto";
   std::string curve_ends = "auto";
-  std::string weights;           ///< a file, or empty
-  std::string covariances;       ///< a file, or empty
-  std::vector<std::string> fit;  ///< names of parameters
+  std::string weights;      ///< a file, or empty
+  std::string covariances;  ///< a file, or empty
   bool homotopy = false;
   std::string image;                 ///< of the source; empty: the one that its file names
   std::optional<double> pixel_size;  ///< of that image
@@ -49,6 +50,8 @@ struct RegisterArguments {
   /// Whether several shapes are asked for: a template, or other than one target, or a target file that holds several.
   /// @throws InputError
   bool asks_for_cohort() const;
+
+  OpenModel model() const;
 
   /// The image of the source, whose size and pixels its frame then has. @throws InputError
   SourceImage source_image(Landmarks& shape, std::vector<std::string>& notes) const;

@@ -233,6 +233,8 @@ int run_register_cohort(const RegisterArguments& arguments, const std::string& s
   records::UnitRun run;
   const CohortInput input = read_input(arguments, run.notes);
   matching::RegistrationOptions options = arguments.registration_options(input.source, run.notes);
+  const OpenModel model = arguments.model();
+  model.set_noise(input.source, input.targets, options);
   const OutputOptions output = without_pictures(arguments.output);
   UnitJob job("register", arguments.units, output, "cohort.json", [&] {
     output.check(kCohortFiles, {});
@@ -247,7 +249,7 @@ int run_register_cohort(const RegisterArguments& arguments, const std::string& s
   {
     Progress progress;
     const LossNotice lost(fmt::format("interrupted: the search is lost, and nothing was written to '{}'", output.out));
-    fitted = fit_first(input.source, input.targets, arguments.fit, options, progress);
+    fitted = fit_first(input.source, input.targets, model.names(), options, progress);
   }
   job.run(
       std::move(run),

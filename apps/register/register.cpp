@@ -177,6 +177,8 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   log_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.targets.front(),
                        source.count(), target.count(), source.dimension()));
   matching::RegistrationOptions options = arguments.registration_options(source, notes);
+  const OpenModel model = arguments.model();
+  model.set_noise(source, {target}, options);
   Progress progress;
   options.minimise.interrupted = Interrupt::came;
   options.minimise.on_iteration = [&](int iteration, double cost, double gradient) {
@@ -191,7 +193,7 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   {
     const LossNotice lost(
         fmt::format("interrupted: the fit is lost, and nothing was written to '{}'", arguments.output.out));
-    fitted = fit_first(source, {target}, arguments.fit, options, progress);
+    fitted = fit_first(source, {target}, model.names(), options, progress);
   }
   const Interrupt keep_what_is_found;
   const matching::Registration registration = register_or_tell(source, target, options, notes);
@@ -239,7 +241,7 @@ void add_register_verb(CLI::App& program, int& exit_code) {
       "  pulson register a.csv b.csv -o out --noise ch-sd:beta=10%\n"
       "  pulson register a.csv b.csv -o out --kernel gaussian:alpha=30% --align none\n"
       "  pulson register outline_a.csv outline_b.csv -o out --data varifold\n"
-      "  pulson register a.csv b.csv -o out --noise ch-sd:beta=10% --fit beta,alpha --uncertainty\n"
+      "  pulson register a.csv b.csv -o out --kernel gaussian:alpha=fit --noise ch-sd:beta=fit --uncertainty\n"
       "Exit codes: 0 done, 2 bad input, 3 not converged, or some of several shapes failed (results are written).");
   verb->callback([arguments, verb, &exit_code] { exit_code = run_register(*arguments, *verb); });
 }

@@ -6,6 +6,7 @@
 #include "formats/text/newick.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/cohort_shapes.hpp"
+#include "shell/help_groups.hpp"
 #include "shell/path_options.hpp"
 
 namespace pulson {
@@ -21,25 +22,32 @@ void SampleArguments::add_to(CLI::App& verb) {
   add_order_option(verb, by_order);
   add_flip_option(verb, reading);
   output.add_to(verb, "paths.png, chains.png and their .svg");
+  begin_group(verb, kModelGroup);
+  const auto by_task = [](matching::Default matching::TaskDefaults::*setting) {
+    const matching::TaskDefaults& cohort = matching::sample_cohort_defaults();
+    return fmt::format("[{}; of several targets {}]", (matching::sample_defaults().*setting).value,
+                       (cohort.*setting).value);
+  };
   verb.add_option("--kernel", kernel,
-                  "kernel, see pulson info kernels; auto: matern32 of the width with the greatest likelihood")
+                  "kernel, see pulson info kernels; auto: matern32 of the width with the greatest likelihood; "
+                  "alpha=fit: sampled, too " +
+                      by_task(&matching::TaskDefaults::kernel))
+      ->type_name("SPEC");
+  verb.add_option("--noise", noise,
+                  "noise model, see pulson info noises; beta=fit: sampled, too; 2%:fit(0.5): with a log-normal prior "
+                  "about 2 % with this deviation of the logarithm [0.5; of alpha and sigma 0.25]")
       ->type_name("SPEC")
       ->capture_default_str();
-  verb.add_option("--noise", noise, "noise model, see pulson info noises")->type_name("SPEC")->capture_default_str();
-  verb.add_option("--parameters", parameters,
-                  "parameters that are sampled too, NAME or NAME=LOGSD: log-normal priors about the values given, with "
-                  "this deviation of the logarithm [0.5; of alpha and data-sigma 0.25]; all; none")
-      ->type_name("NAMES")
-      ->delimiter(',')
-      ->capture_default_str();
   verb.add_option("--sigma", sigma,
-                  "standard deviation of a landmark's position: a length, or per cent of the source's diameter")
-      ->type_name("LENGTH")
-      ->capture_default_str();
+                  "standard deviation of a landmark's position: a length, or per cent of the source's diameter; fit: "
+                  "sampled, too " +
+                      by_task(&matching::TaskDefaults::sigma))
+      ->type_name("LENGTH");
   verb.add_option("--lambda", lambda,
-                  "inverse variance of the momenta; auto: fitted with --kernel auto, else 1/diameter^2 of the source")
-      ->type_name("NUMBER")
-      ->capture_default_str();
+                  "inverse variance of the momenta; auto: fitted with --kernel auto, else 1/diameter^2 of the source; "
+                  "fit: sampled, too " +
+                      by_task(&matching::TaskDefaults::lambda))
+      ->type_name("NUMBER");
   reads_file(verb.add_option("--tree", tree,
                              "a phylogeny in Newick format: SOURCE is the shape at its root, noise moves it along the "
                              "branches, and each TARGET is the shape of the node with its name"));
@@ -49,7 +57,9 @@ void SampleArguments::add_to(CLI::App& verb) {
                  ->type_name("NAME")
                  ->capture_default_str(),
              "alignment", {"auto"});
+  begin_group(verb, more(kModelGroup));
   verb.add_option("--integrator", integrator, "see pulson info integrators")->type_name("NAME")->capture_default_str();
+  begin_group(verb, kSamplingGroup);
   verb.add_option("--method", sampler.method,
                   fmt::format("Markov chains: {}", fmt::join(names_in(inference::sampler_table()), ", ")))
       ->type_name("NAME")
@@ -58,6 +68,7 @@ void SampleArguments::add_to(CLI::App& verb) {
   verb.add_option("--draws", sampler.draws, "draws of each chain")->capture_default_str();
   verb.add_option("--warmup", sampler.warmup, "iterations of each chain that adapt and are not kept")
       ->capture_default_str();
+  begin_group(verb, more(kSamplingGroup));
   verb.add_option("--searches", sampler.searches,
                   "searches for modes, from different initial guesses; 0: 4 for up to 12 coordinates, else 1")
       ->capture_default_str();
@@ -67,18 +78,23 @@ void SampleArguments::add_to(CLI::App& verb) {
       ->type_name("COUNT")
       ->capture_default_str();
   verb.add_option("--keep-paths", sampler.paths_kept, "number of paths in paths.npy")->capture_default_str();
+  begin_group(verb, "Calibration");
   verb.add_option("--calibrate", calibrate,
                   "simulation-based calibration instead: shapes drawn from the prior, and ranks of the true values "
                   "among the posterior's draws")
       ->type_name("COUNT");
+  begin_group(verb, more("Calibration"));
   verb.add_option("--ranks", ranks, "thinned draws of each simulation, among which values are ranked")
       ->capture_default_str();
   verb.add_option("--fault", fault,
                   "with --calibrate: draw the shapes with this parameter times FACTOR, to see that it is caught")
       ->type_name("NAME=FACTOR");
   units.add_to(verb, "simulations of --calibrate, or the chains");
+  begin_group(verb, kSamplingGroup);
   add_seed_option(verb, sampler.seed);
+  begin_group(verb, more(kModelGroup));
   time.add_to(verb, "1");
+  begin_group(verb, more(kSamplingGroup));
   add_threads_option(verb);
 }
 
@@ -98,6 +114,18 @@ SampleShapes SampleArguments::read(std::vector<std::string>& notes) const {
   return shapes;
 }
 
+const matching::TaskDefaults& SampleArguments::defaults(const SampleShapes& shapes) const {
+  if (!shapes.tree.empty()) return matching::sample_tree_defaults();
+  return shapes.targets.size() == 1 ? matching::sample_defaults() : matching::sample_cohort_defaults();
+}
+
+OpenModel SampleArguments::model(const matching::TaskDefaults& usual) const {
+  const auto given = [](const std::string& text, const matching::Default& otherwise) {
+    return text.empty() ? otherwise.value : text;
+  };
+  return {given(kernel, usual.kernel), noise, given(sigma, usual.sigma), given(lambda, usual.lambda)};
+}
+
 inference::PosteriorProblem SampleArguments::problem(const SampleShapes& shapes,
                                                      std::vector<std::string>& notes) const {
   static_cast<void>(inference::sampler_table().find(sampler.method));
@@ -108,20 +136,17 @@ inference::PosteriorProblem SampleArguments::problem(const SampleShapes& shapes,
   check_at_least(sampler.temperatures, 1, "--temperatures");
   check_at_least(sampler.paths_kept, 2, "--keep-paths");
   check_at_least(calibrate, 0, "--calibrate");
+  const OpenModel model = this->model(defaults(shapes));
   matching::RegistrationOptions options;
-  options.kernel = kernel;
-  options.noise = noise;
+  model.set(options);
   options.integrator = integrator;
   options.grid = time.grid();
-  options.sigma = Length::parse(sigma, "--sigma");
-  if (!(options.sigma.in(1) > 0)) throw InputError(fmt::format("--sigma is {}; it must be greater than 0", sigma));
-  if (lambda != "auto") options.lambda = parse_number(lambda, "--lambda");
   if (align != "auto") options.align = parse_alignment(align);
-  std::vector<std::string> names = parameters;
-  if (names == std::vector<std::string>{"none"}) names.clear();
+  model.set_noise(shapes.source, shapes.targets, options);
   inference::PosteriorProblem made =
-      shapes.tree.empty() ? inference::make_posterior_problem(shapes.source, shapes.targets, options, names)
-                          : inference::make_tree_problem(shapes.source, shapes.tree, shapes.targets, options, names);
+      shapes.tree.empty()
+          ? inference::make_posterior_problem(shapes.source, shapes.targets, options, model.priors())
+          : inference::make_tree_problem(shapes.source, shapes.tree, shapes.targets, options, model.priors());
   notes.insert(notes.end(), made.notes.begin(), made.notes.end());
   return made;
 }

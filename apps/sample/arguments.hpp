@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "pulson/inference/posterior.hpp"
+#include "shell/open_model.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
 #include "shell/units.hpp"
@@ -27,15 +28,12 @@ struct SampleArguments {
   formats::ReadOptions reading;
   bool by_order = false;
   OutputOptions output;
-  TimeOptions time;
-  std::string kernel = "auto";
+  TimeOptions time = TimeOptions::of(matching::sample_defaults());
+  std::string kernel, sigma, lambda;  ///< empty: the default, which depends on the number of targets
   std::string noise = "none";
-  std::string integrator = "heun";
-  std::string sigma = "0.5%";
-  std::string lambda = "auto";
-  std::string align = "auto";
+  std::string integrator = matching::sample_defaults().integrator.value;
+  std::string align = matching::sample_defaults().align.value;
   std::string tree;  ///< a Newick file, or empty
-  std::vector<std::string> parameters = {"all"};
   inference::SamplerOptions sampler;
   int calibrate = 0;  ///< simulations; 0: sample the posterior
   std::string fault;  ///< NAME=FACTOR, or empty
@@ -46,6 +44,8 @@ struct SampleArguments {
 
   /// @throws InputError
   SampleShapes read(std::vector<std::string>& notes) const;
+  const matching::TaskDefaults& defaults(const SampleShapes& shapes) const;
+  OpenModel model(const matching::TaskDefaults& usual) const;
   inference::PosteriorProblem problem(const SampleShapes& shapes, std::vector<std::string>& notes) const;
   inference::CalibrationOptions calibration() const;
 };

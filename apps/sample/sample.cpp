@@ -155,7 +155,7 @@ void require_determined_theta(const inference::PosteriorProblem& problem) {
   Eigen::Index coordinates = 0;
   for (const Landmarks& target : problem.targets) coordinates += target.points.array().isFinite().count();
   require_determined_parameters("the parameters are", std::ssize(problem.parameters), coordinates,
-                                "give fewer --parameters, or none, or more shapes");
+                                "give numbers in place of fit, or more shapes");
 }
 
 int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, const std::string& settings,
@@ -237,7 +237,7 @@ void add_sample_verb(CLI::App& program, int& exit_code) {
   verb->footer(
       "Examples:\n"
       "  pulson sample source.csv target.csv --noise ch-sd:beta=2% -o out\n"
-      "  pulson sample wings.tps#1 wings.tps#2 wings.tps#3 --noise ch-sd:beta=2% --parameters beta,lambda -o out\n"
+      "  pulson sample wings.tps#1 wings.tps#2 wings.tps#3 --noise ch-sd:beta=fit --lambda fit -o out\n"
       "  pulson sample root.csv leaves.tps --tree phylogeny.nwk --noise kunita:beta=5%,width=20% -o out\n"
       "  pulson sample source.csv target.csv --noise ch-sd:beta=2% --calibrate 200 -o out\n"
       "  pulson sample source.csv target.csv --noise ch-sd:beta=2% --calibrate 200 --shard 3/8 -o parts\n"

@@ -182,9 +182,11 @@ CLI::Option& find_option(CLI::App& verb, const Setting& setting) {
     if (option == nullptr && key_of(*each) == setting.key) option = each;
     if (!key_of(*each).empty()) valid.push_back(key_of(*each));
   }
-  if (option == nullptr)
+  if (option == nullptr) {
+    const std::string former = advice_on_former(setting.key);
     throw InputError(fmt::format("{}: unknown option '{}'{} (see pulson {} --help)", setting.place, setting.key,
-                                 suggestion(setting.key, valid), verb.get_name()));
+                                 former.empty() ? suggestion(setting.key, valid) : former, verb.get_name()));
+  }
   if (!option->get_configurable())
     throw InputError(fmt::format("{}: '{}' belongs on the command line", setting.place, setting.key));
   return *option;

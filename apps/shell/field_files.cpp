@@ -9,6 +9,7 @@
 #include "core/atomic_file.hpp"
 #include "core/text.hpp"
 #include "draw/animation.hpp"
+#include "help_groups.hpp"
 #include "images/compose.hpp"
 #include "options.hpp"
 #include "path_options.hpp"
@@ -92,6 +93,7 @@ void write_field_file(const std::string& file, const warp::VelocityField& field,
 }  // namespace
 
 void FieldOptions::add_to(CLI::App& verb, const std::string& path, const std::string& states) {
+  begin_group(verb, more(kPictureGroup));
   CLI::Option* option = writes_file(verb.add_option(
       "--field", files,
       fmt::format("write the velocity field u(x, t) of {} on a grid, without the fields of the noise: .npy "

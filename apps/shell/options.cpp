@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "core/text.hpp"
+#include "help_groups.hpp"
 #include "path_options.hpp"
 #include "pulson/core/alignment.hpp"
 #include "pulson/core/errors.hpp"
@@ -33,6 +34,14 @@ constexpr int kMaxSteps = 10'000'000;
 
 void check_at_least(int value, int least, std::string_view option) {
   if (value < least) throw InputError(fmt::format("{} is {}; it must be at least {}", option, value, least));
+}
+
+TimeOptions TimeOptions::of(const matching::TaskDefaults& defaults) {
+  TimeOptions options;
+  options.automatic = defaults.steps.value == "auto";
+  if (!options.automatic && !defaults.steps.value.empty()) options.steps = std::stoi(defaults.steps.value);
+  if (!defaults.dt.value.empty()) options.dt = std::stod(defaults.dt.value);
+  return options;
 }
 
 void TimeOptions::add_to(CLI::App& verb, const std::string& default_time) {
@@ -179,7 +188,7 @@ std::vector<std::string> in_option_words(std::vector<std::string> messages) {
 
 namespace {
 
-constexpr const char* kGroup = "Reading landmarks";
+const std::string kGroup = more("Reading landmarks");
 constexpr int kFewestCurvePoints = 2;
 constexpr int kMostCurvePoints = 100'000;
 
@@ -284,10 +293,11 @@ void add_order_option(CLI::App& verb, bool& by_order) {
 
 void add_flip_option(CLI::App& verb, formats::ReadOptions& options) {
   verb.add_flag_function(
-      "--flip-y,!--no-flip-y", [&options](std::int64_t count) { options.y_down = count < 0; },
-      "y of the landmarks points up, in all files; --no-flip-y: down, as the rows of a picture [as each file says, "
-      "else "
-      "down]");
+          "--flip-y,!--no-flip-y", [&options](std::int64_t count) { options.y_down = count < 0; },
+          "y of the landmarks points up, in all files; --no-flip-y: down, as the rows of a picture [as each file says, "
+          "else "
+          "down]")
+      ->group(more(kInputGroup));
 }
 
 namespace {
@@ -347,12 +357,26 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+}  // namespace
+
+std::string advice_on_former(std::string_view name) {
+  constexpr std::string_view kFit =
+      "; a number that is fitted is marked where it stands: --noise ch-sd:beta=fit, --kernel gaussian:alpha=fit, "
+      "--lambda fit, --sigma fit";
+  if (name == "fit") return std::string(kFit);
+  if (name == "parameters") return fmt::format("{}; with a prior 'fit(0.5)'", kFit);
+  return {};
+}
+
+namespace {
+
 /// @param value of the option, where it is known
 [[noreturn]] void refuse(const std::string& word, const std::string& value, const CLI::App& verb,
                          const std::vector<std::string>& valid) {
   const std::string text = word.substr(0, word.find('='));
   const std::string name = text.substr(std::min(text.find_first_not_of('-'), text.size()));
-  std::string advice = parameter_advice(verb, name, value);
+  std::string advice = advice_on_former(name);
+  if (advice.empty()) advice = parameter_advice(verb, name, value);
   if (const std::string near = nearest_name(name, valid); advice.empty() && !near.empty())
     advice = "; did you mean '--" + near + "'";
   throw InputError(fmt::format("unknown option '{}'{} (see pulson {}--help)", text, advice,

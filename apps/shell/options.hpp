@@ -12,6 +12,7 @@
 #include <CLI/Formatter.hpp>
 
 #include "pulson/core/name_table.hpp"
+#include "matching/defaults.hpp"
 #include "pulson/core/time_grid.hpp"
 #include "pulson/formats/landmark_files.hpp"
 
@@ -24,6 +25,8 @@ struct TimeOptions {
   bool automatic = false;    ///< steps are chosen by the verb unless they are given
   std::optional<double> dt;  ///< where it is given, the default of --steps is not used
   bool chosen = false;       ///< --steps or --dt was given
+
+  static TimeOptions of(const matching::TaskDefaults& defaults);
 
   /// `default_time` is what help says of it.
   void add_to(CLI::App& verb, const std::string& default_time);
@@ -76,6 +79,9 @@ const std::vector<std::string>& known_values(const std::string& option);
 /// Refuses other words, with a suggestion. `what` is what messages call them; `more` are words of this verb alone.
 /// @throws InputError from the parser
 CLI::Option* only_known(CLI::Option* option, const std::string& what, const std::vector<std::string>& more = {});
+
+/// What is written in place of an option that there is no more: "; …", or nothing for other names.
+std::string advice_on_former(std::string_view name);
 
 /// "; did you mean 'register'?" or nothing.
 std::string suggestion(const std::string& name, const std::vector<std::string>& valid);

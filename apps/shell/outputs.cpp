@@ -7,6 +7,7 @@
 
 #include "core/text.hpp"
 #include "draw/typeface.hpp"
+#include "help_groups.hpp"
 #include "path_options.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
@@ -42,15 +43,19 @@ void note_missing_font() {
 }
 
 void OutputOptions::add_to(CLI::App& verb, const std::string& drawn) {
+  begin_group(verb, kInputGroup);
   writes_folder(verb.add_option("-o,--out", out, "folder for the results"))->required();
   writes_file(verb.add_option(
       "--json", json, "also write the record to this file; -: to standard output, with nothing else printed there"));
+  begin_group(verb, kPictureGroup);
   verb.add_flag("--no-picture", no_picture, "do not draw " + drawn);
+  begin_group(verb, more(kPictureGroup));
   verb.add_option("--pictures", pictures, "formats of the pictures: png, svg, pdf")
       ->type_name("NAMES")
       ->capture_default_str();
   verb.add_option("--width", width, "width of the pictures in mm [about 420]")->type_name("NUMBER");
   verb.add_option("--dpi", dpi, "pixels per inch of png pictures")->type_name("NUMBER")->capture_default_str();
+  begin_group(verb, more(kInputGroup));
   add_table_option(verb);
   add_quiet_option(verb);
 }

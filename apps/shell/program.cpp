@@ -16,6 +16,7 @@
 
 #include "config.hpp"
 #include "core/blas_memory.hpp"
+#include "help_groups.hpp"
 #include "messages.hpp"
 #include "options.hpp"
 #include "path_options.hpp"
@@ -108,7 +109,14 @@ class HelpFormatter : public CLI::Formatter {
     return text;
   }
 
+  std::string make_group(std::string group, bool is_positional,
+                         std::vector<const CLI::Option*> options) const override {
+    if (mode_ == CLI::AppFormatMode::Normal && group.ends_with(kMore)) return "";
+    return CLI::Formatter::make_group(std::move(group), is_positional, std::move(options));
+  }
+
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+    mode_ = mode;
     std::string text = CLI::Formatter::make_help(app, std::move(name), mode);
     for (std::size_t at = 0; (at = text.find("\n\n\n", at)) != std::string::npos;) text.erase(at, 1);
     return text;
@@ -134,6 +142,8 @@ class HelpFormatter : public CLI::Formatter {
     if (!option.get_excludes().empty()) text += fmt::format(" (not with {})", names_of(option.get_excludes()));
     return text;
   }
+
+  mutable CLI::AppFormatMode mode_ = CLI::AppFormatMode::Normal;  // that make_group is not told
 };
 
 }  // namespace
@@ -193,6 +203,7 @@ void check_ranks(const std::string& verb) {
 // What every verb has besides its own options.
 void add_common_options(CLI::App& verb) {
   if (verb.get_name() == "completion") return;
+  begin_group(verb, more(kInputGroup));
   add_verbose_option(verb);
   add_config_options(verb);
 }
@@ -253,7 +264,8 @@ Ending run(int argc, char** argv, const AddVerbs& add_verbs) {
   program.formatter(help_formatter());
   program.set_version_flag(
       "-v,--version", [] { return build_facts(); }, "print the version and build information");
-  program.get_help_ptr()->description("print this help; after a verb, its options and examples");
+  program.get_help_ptr()->description("print this help; after a verb, its usual options and examples");
+  program.set_help_all_flag("--help-all", "print all options");
   program.require_subcommand(1);
   add_verbs(program, exit_code);
   for (CLI::App* verb : program.get_subcommands({})) add_common_options(*verb);

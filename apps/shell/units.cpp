@@ -10,6 +10,7 @@
 #include "config.hpp"
 #include "core/atomic_file.hpp"
 #include "core/paths.hpp"
+#include "help_groups.hpp"
 #include "messages.hpp"
 #include "path_options.hpp"
 #include "pulson/core/errors.hpp"
@@ -35,6 +36,7 @@ const std::vector<std::string> kKeysOfOutput = {"out",     "json",  "no-picture"
 }  // namespace
 
 void UnitOptions::add_to(CLI::App& verb, const std::string& units) {
+  begin_group(verb, kManyGroup);
   verb.add_option("--shard", shard, fmt::format("part i of n of the {}, for pulson merge", units))->type_name("i/n");
   verb.add_flag("--resume", resume, fmt::format("continue with the {} that are saved in the folder", units));
 }

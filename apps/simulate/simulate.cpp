@@ -10,6 +10,7 @@
 #include "pulson/records/records.hpp"
 #include "report.hpp"
 #include "shell/field_files.hpp"
+#include "shell/help_groups.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
@@ -26,9 +27,9 @@ constexpr int kPrintedSamples = 5;
 
 struct SimulateArguments {
   StartOptions start;
-  TimeOptions time{.time = {}, .steps = 20, .dt = 0.02};
+  TimeOptions time = TimeOptions::of(matching::path_defaults());
   ensemble::SamplePathsOptions options;
-  std::string integrator = "variational";
+  std::string integrator = matching::path_defaults().integrator.value;
   OutputOptions output;
   FieldOptions field;
   int every = 1;
@@ -193,15 +194,19 @@ void add_simulate_verb(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<SimulateArguments>();
   arguments->start.add_to(*verb);
   add_flip_option(*verb, arguments->start.reading);
+  begin_group(*verb, more(kModelGroup));
   verb->add_option("--integrator", arguments->integrator, "see pulson info integrators")
       ->type_name("NAME")
       ->capture_default_str();
+  begin_group(*verb, kModelGroup);
   arguments->time.add_to(*verb, "100 with --q, else 1, or that of --from");
+  begin_group(*verb, kSamplingGroup);
   verb->add_option("--samples", arguments->options.samples, "number of paths")->capture_default_str();
   add_seed_option(*verb, arguments->options.seed);
   verb->add_option("--every", arguments->every, "write every n-th step to paths.csv and --field")
       ->capture_default_str();
   arguments->field.add_to(*verb, "path 1", "paths.csv");
+  begin_group(*verb, more(kSamplingGroup));
   add_threads_option(*verb);
   arguments->output.add_to(*verb, "paths.png and .svg");
   verb->footer(

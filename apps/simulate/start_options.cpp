@@ -4,10 +4,12 @@
 
 #include "core/landmark_pairs.hpp"
 #include "core/landmark_range.hpp"
+#include "matching/defaults.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/records/records.hpp"
 #include "register/registration_warnings.hpp"
+#include "shell/help_groups.hpp"
 #include "shell/path_options.hpp"
 
 namespace pulson {
@@ -70,6 +72,7 @@ void check_distinct(const Landmarks& shape) {
 }  // namespace
 
 void StartOptions::add_to(CLI::App& verb) {
+  begin_group(verb, kInputGroup);
   CLI::Option* by_q = verb.add_option("--q", q, "positions: 0,10 on a line, 0/0,1/0 in the plane, 0/0/0,… in space")
                           ->type_name("NUMBERS");
   CLI::Option* by_shape =
@@ -82,13 +85,16 @@ void StartOptions::add_to(CLI::App& verb) {
   reads_shape(verb.add_option("--momenta", momenta, "momenta from a landmark file [0]"))->excludes(by_p);
   add_read_options(verb, reading);
   add_order_option(verb, by_order);
-  verb.add_option("--kernel", kernel, "see pulson info kernels [gaussian:alpha=auto]")->type_name("SPEC");
+  begin_group(verb, kModelGroup);
+  verb.add_option("--kernel", kernel,
+                  fmt::format("see pulson info kernels [{}]", matching::path_defaults().kernel.value))
+      ->type_name("SPEC");
   verb.add_option("--noise", noise, "see pulson info noises [none]")->type_name("SPEC");
 }
 
 Start StartOptions::start() const {
   Start start;
-  std::string kernel_spec = "gaussian:alpha=auto";
+  std::string kernel_spec = matching::path_defaults().kernel.value;
   std::string noise_spec = "none";
   if (from) {
     const matching::Registration registration = records::read_registration(*from);

@@ -15,6 +15,7 @@
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
+#include "shell/help_groups.hpp"
 #include "shell/messages.hpp"
 #include "shell/outputs.hpp"
 #include "shell/path_options.hpp"
@@ -58,7 +59,8 @@ void check_animation(const std::string& file) {
 void check_page(const std::string& file) { check_output_file(file); }
 
 constexpr const char* kMoreResults = "More results";
-constexpr const char* kEnsembles = "Ensembles";
+constexpr const char* kMaps = "Maps of the deformation, more";
+constexpr const char* kEnsembles = "Ensembles, more";
 
 struct FileOption {
   const char* name;
@@ -73,16 +75,17 @@ struct FileOption {
 const std::vector<FileOption>& file_options() {
   using W = WarpArguments;
   static const std::vector<FileOption> kOptions = {
-      {"--field", &W::field, check_grid, "displacement field (mha, nrrd)"},
+      {"--field", &W::field, check_grid, "displacement field (mha, nrrd)", false, true, kMaps},
       {"--jacobian", &W::jacobian, check_numbers_file,
-       "signed Jacobian on the image, as colours (png, svg, pdf) or numbers (tif, mha, nrrd)", true},
-      {"--log-jacobian", &W::log_jacobian, check_numbers_file, "its logarithm to base 2, likewise", true},
+       "signed Jacobian on the image, as colours (png, svg, pdf) or numbers (tif, mha, nrrd)", true, true, kMaps},
+      {"--log-jacobian", &W::log_jacobian, check_numbers_file, "its logarithm to base 2, likewise", true, true, kMaps},
       {"--multiplicity", &W::multiplicity, check_numbers_file,
-       "how many points of the image land on each pixel, likewise"},
+       "how many points of the image land on each pixel, likewise", false, true, kMaps},
       {"--displacement", &W::displacement, check_numbers_file,
-       "how far each pixel of the image moves after the alignment, likewise", true},
-      {"--folds", &W::folds, check_drawing_file, "mask of the image's pixels where the map folds (png)", true},
-      {"--holes", &W::holes, check_drawing_file, "mask of holes in the result (png)"},
+       "how far each pixel of the image moves after the alignment, likewise", true, true, kMaps},
+      {"--folds", &W::folds, check_drawing_file, "mask of the image's pixels where the map folds (png)", true, true,
+       kMaps},
+      {"--holes", &W::holes, check_drawing_file, "mask of holes in the result (png)", false, true, kMaps},
       {"--grid", &W::grid, check_drawing_file, "the result with the deformed grid and the landmarks' paths (png)",
        true},
       {"--side-by-side", &W::side_by_side, check_captioned_file,
@@ -109,6 +112,7 @@ void WarpArguments::add_to(CLI::App& verb) {
     if (group != nullptr) option->group(group);
     return option;
   };
+  begin_group(verb, kInputGroup);
   reads_file(add(nullptr, "REGISTRATION", registration, "registration.json of pulson register"))->required();
   reads_shape(
       add(nullptr, "INPUT", input, "image of the source (png, jpg, tif, bmp, pgm, ppm; mha, nrrd), or landmarks"))
@@ -117,23 +121,28 @@ void WarpArguments::add_to(CLI::App& verb) {
       ->required();
   writes_file(add(nullptr, "--json", json,
                   "write the numbers to this file; -: to standard output, with nothing else printed there"));
+  begin_group(verb, more(kInputGroup));
   add_table_option(verb);
   add_quiet_option(verb);
+  begin_group(verb, "Picture");
   verb.add_flag("--inverse", inverse, "map from target to source");
+  begin_group(verb, more("Picture"));
   only_known(add(nullptr, "--labels", labels,
                  "interpolation of the displacements by noise between landmarks: metric or thin-plate", "NAME"),
              "labels");
 
   constexpr const char* kCoordinates = "Coordinates";
+  const std::string more_coordinates = more(kCoordinates);
   reads_file(add(kCoordinates, "--like", like, "image of the target: the result has its size and coordinates"));
   add(kCoordinates, "--size", size,
       "size of the result, as in 640x480 [holds the target's landmarks and the warped image's corners]", "WxH");
   add(kCoordinates, "--pixel-size", pixel_size,
       "landmark units per pixel of the image [as the landmarks' or the image's file says, else 1]");
-  add(kCoordinates, "--target-pixel-size", target_pixel_size, "landmark units per pixel of the result [--pixel-size]");
+  add(more_coordinates.c_str(), "--target-pixel-size", target_pixel_size,
+      "landmark units per pixel of the result [--pixel-size]");
   add(kCoordinates, "--origin", origin,
       "x,y of the image's first pixel (where y points up, of its lower edge), landmark units [0,0]", "X,Y");
-  add(kCoordinates, "--target-origin", target_origin, "the same for the result [--origin]", "X,Y");
+  add(more_coordinates.c_str(), "--target-origin", target_origin, "the same for the result [--origin]", "X,Y");
   // Not bound to the variable: CLI11 would set an optional to false where the flag is not given.
   verb.add_flag_function(
           "--flip-y,!--no-flip-y", [this](std::int64_t count) { flip_y = count > 0; },
@@ -142,34 +151,37 @@ void WarpArguments::add_to(CLI::App& verb) {
       ->group(kCoordinates);
 
   constexpr const char* kPicture = "Picture";
+  const std::string more_picture = more(kPicture);
   only_known(add(kPicture, "--method", method, "pull (needs a map that does not fold), push, or auto", "NAME"),
              "method");
-  add(kPicture, "--over", over, "sheet on top where the map folds: least-stretched, first, label-order, or average",
-      "NAME");
+  add(more_picture.c_str(), "--over", over,
+      "sheet on top where the map folds: least-stretched, first, label-order, or average", "NAME");
   add(kPicture, "--interpolation", interpolation,
       "nearest, linear, cubic or lanczos; label: for images of region numbers, of which it invents none", "NAME");
   only_known(
-      add(kPicture, "--border", border,
+      add(more_picture.c_str(), "--border", border,
           "outside the image: transparent, constant (see --background), replicate or reflect; auto: transparent if "
           "the image has an alpha channel, else constant",
           "NAME"),
       "border");
-  add(kPicture, "--background", background,
+  add(more_picture.c_str(), "--background", background,
       "what lies outside the image: a colour r,g,b of 0 to 255, or one value in the units of the image [white; of "
       "labels, floating-point images, mha and nrrd 0]",
       "COLOUR");
-  add(kPicture, "--supersampling", supersampling, "samples per pixel and axis of a push-forward, 1 to 8");
-  add(kPicture, "--tolerance", tolerance, "largest interpolation error of the map, pixels");
-  add_max_pixels_option(verb, max_pixels)->group(kPicture);
+  add(more_picture.c_str(), "--supersampling", supersampling, "samples per pixel and axis of a push-forward, 1 to 8");
+  add(more_picture.c_str(), "--tolerance", tolerance, "largest interpolation error of the map, pixels");
+  add_max_pixels_option(verb, max_pixels)->group(more_picture);
 
   const auto add_files = [&](const char* group) {
     for (const FileOption& row : file_options())
       if (row.group == group) writes_file(add(group, row.name, this->*row.file, row.help));
   };
   add_files(kMoreResults);
-  verb.add_flag("--numbers", numbers, "numbers of the landmarks in --side-by-side")->group(kMoreResults);
-  add(kMoreResults, "--width", width, "width of drawings in mm [about 420]");
-  add(kMoreResults, "--dpi", dpi, "pixels per inch of png drawings");
+  add_files(kMaps);
+  verb.add_flag("--numbers", numbers, "numbers of the landmarks in --side-by-side")->group(more(kMoreResults));
+  const std::string more_results = more(kMoreResults);
+  add(more_results.c_str(), "--width", width, "width of drawings in mm [about 420]");
+  add(more_results.c_str(), "--dpi", dpi, "pixels per inch of png drawings");
   add_read_options(verb, reading);
   add(kEnsembles, "--samples", samples, "number of samples of the noise, with the fitted momenta; OUT is their mean");
   add(kEnsembles, "--seed", seed, "seed of the random numbers");

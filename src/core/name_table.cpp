@@ -8,6 +8,7 @@
 
 #include <fmt/core.h>
 
+#include "core/spec_text.hpp"
 #include "core/text.hpp"
 
 namespace pulson {
@@ -25,10 +26,6 @@ Length Length::parse(std::string_view text, std::string_view what) {
 
 std::string Length::text() const { return fmt::format("{}{}", value_, relative_ ? "%" : ""); }
 
-namespace {
-
-bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }
-
 std::vector<std::string_view> split(std::string_view text, char separator) {
   std::vector<std::string_view> parts;
   for (;;) {
@@ -39,7 +36,7 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
   }
 }
 
-std::vector<std::string_view> split_terms(std::string_view text) {
+std::vector<std::string_view> split_spec_sum(std::string_view text) {
   std::vector<std::string_view> terms;
   std::size_t begin = 0;
   for (std::size_t i = 0; i + 1 < text.size(); ++i) {
@@ -51,6 +48,17 @@ std::vector<std::string_view> split_terms(std::string_view text) {
   terms.push_back(text.substr(begin));
   return terms;
 }
+
+std::string text_of_spec(const Spec& spec) {
+  std::string text = spec.name;
+  for (const auto& [key, value] : spec.values)
+    text += fmt::format("{}{}={}", text.size() == spec.name.size() ? ":" : ",", key, value);
+  return text;
+}
+
+namespace {
+
+bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -75,7 +83,7 @@ Spec parse_term(std::string_view term, std::string_view what) {
     const std::size_t equals = pair.find('=');
     if (equals == 0 || equals == std::string_view::npos || equals + 1 == pair.size())
       throw InputError(std::string(what) + " " + quoted_line(spec.name) + ": " + quoted_line(pair) +
-                       " is not key=value");
+                       " is not key=value" + (pair.starts_with("fit") ? ", as in alpha=fit" : ""));
     const auto [it, is_new] =
         spec.values.emplace(std::string(pair.substr(0, equals)), std::string(pair.substr(equals + 1)));
     if (!is_new)
@@ -96,7 +104,7 @@ std::vector<Spec> parse_spec_sum(std::string_view text, std::string_view what) {
   if (std::any_of(text.begin(), text.end(), is_control))
     throw InputError(std::string(what) + " " + quoted_line(text) + " holds a control character");
   std::vector<Spec> specs;
-  for (const std::string_view term : split_terms(text)) specs.push_back(parse_term(term, what));
+  for (const std::string_view term : split_spec_sum(text)) specs.push_back(parse_term(term, what));
   return specs;
 }
 

@@ -5,6 +5,7 @@
 
 #include <fmt/core.h>
 
+#include "core/open_numbers.hpp"
 #include "matching/model_parameters.hpp"
 #include "pulson/core/errors.hpp"
 
@@ -117,14 +118,15 @@ ParameterSpace::ParameterSpace(const PosteriorProblem& problem)
       noise_(problem.specimens.front().system.noise),
       lambda_(problem.specimens.front().lambda) {
   const std::vector<std::string> of_noise = noise_->parameter_names();
-  const std::vector<Spec> terms = parse_spec_sum(kernel_->spec(), "kernel");
+  std::vector<std::string> terms;
+  for (const Spec& term : parse_spec_sum(kernel_->spec(), "kernel")) terms.push_back(term.name);
+  const std::vector<std::string> owners = term_owners(terms);
   for (const ParameterPrior& prior : priors_) {
     std::vector<Place>& places = places_.emplace_back();
     for (std::size_t i = 0; i < terms.size(); ++i) {
       const auto index = static_cast<Index>(i);
-      const std::string owner = terms.size() > 1 ? terms[i].name + "." : "";
-      if (names_place(prior.name, owner + "alpha")) places.push_back({Kind::kAlpha, index});
-      if (names_place(prior.name, owner + "weight")) places.push_back({Kind::kWeight, index});
+      if (names_place(prior.name, owners[i] + "alpha")) places.push_back({Kind::kAlpha, index});
+      if (names_place(prior.name, owners[i] + "weight")) places.push_back({Kind::kWeight, index});
     }
     for (std::size_t i = 0; i < of_noise.size(); ++i)
       if (names_place(prior.name, of_noise[i])) places.push_back({Kind::kNoise, static_cast<Index>(i)});

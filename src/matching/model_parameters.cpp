@@ -1,11 +1,11 @@
 #include "model_parameters.hpp"
 
 #include <algorithm>
-#include <map>
 
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
+#include "core/open_numbers.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 
@@ -19,17 +19,10 @@ constexpr Index kOfKernelTerm = 2;  // alpha, weight
 
 std::string after_dot(const std::string& name) { return name.substr(name.find_last_of('.') + 1); }
 
-// `gaussian.`, and `gaussian#2.` of the second term with that name; nothing where there is one term.
 std::vector<std::string> owners(const KernelOperator& kernel) {
-  const std::vector<Spec> specs = parse_spec_sum(kernel.spec(), "kernel");
-  if (specs.size() == 1) return {""};
-  std::vector<std::string> owners;
-  std::map<std::string, int> met;
-  for (const Spec& spec : specs) {
-    const int number = ++met[spec.name];
-    owners.push_back(number > 1 ? fmt::format("{}#{}.", spec.name, number) : spec.name + ".");
-  }
-  return owners;
+  std::vector<std::string> names;
+  for (const Spec& spec : parse_spec_sum(kernel.spec(), "kernel")) names.push_back(spec.name);
+  return term_owners(names);
 }
 
 }  // namespace

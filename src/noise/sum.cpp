@@ -1,7 +1,7 @@
-#include <map>
 #include <stdexcept>
 #include <string>
 
+#include "core/open_numbers.hpp"
 #include "models.hpp"
 
 namespace pulson {
@@ -65,15 +65,14 @@ class SumOfNoises final : public NoiseModel {
 
   // `ch-sd.beta`, and `ch-sd#2.beta` of the second term with that name.
   std::vector<std::string> parameter_names() const override {
-    std::vector<std::string> names;
-    std::map<std::string, int> met;
+    std::vector<std::string> of_terms, names;
     for (const auto& term : terms_) {
       const std::string spec = term->spec();
-      std::string owner = spec.substr(0, spec.find(':'));
-      if (const int number = ++met[owner]; number > 1) owner.append("#").append(std::to_string(number));
-      owner += '.';
-      for (const std::string& name : term->parameter_names()) names.push_back(owner + name);
+      of_terms.push_back(spec.substr(0, spec.find(':')));
     }
+    const std::vector<std::string> owners = term_owners(of_terms);
+    for (std::size_t i = 0; i < terms_.size(); ++i)
+      for (const std::string& name : terms_[i]->parameter_names()) names.push_back(owners[i] + name);
     return names;
   }
   std::vector<NoiseAmplitude> amplitudes(int dimension, int count) const override {

@@ -90,6 +90,8 @@ Words hostile_texts() {
           "p-sd:beta=1,fields=grid,count=2",
           "kunita:beta=1",
           "ch-sd",
+          "ch-sd:beta=1:fit(0.5)",
+          "fit",
           "variational",
           "rk4",
           "png",
@@ -189,7 +191,7 @@ TEST_F(CommandLines, MadeByChanceEndInOrder) {
   const auto any = [&](const Words& of) { return of[engine() % of.size()]; };
   for (int turn = count_of("PULSON_COMMAND_LINES", 240); turn > 0; --turn) {
     const std::string verb = any(kVerbs);
-    const Words options = options_in(run({verb, "--help"}).out);
+    const Words options = options_in(run({verb, "--help-all"}).out);
     Words line = {verb};
     for (auto k = engine() % 3; k > 0; --k) line.push_back(any({"a.csv", "b.csv", "three.tps", any(texts)}));
     if (engine() % 4 > 0) line.insert(line.end(), {"-o", engine() % 3 > 0 ? "out" : any(texts)});
@@ -207,7 +209,7 @@ TEST_F(CommandLines, MadeByChanceEndInOrder) {
 
 TEST_F(CommandLines, WithConfigurationsMadeByChanceEndInOrder) {
   std::mt19937 engine(7);
-  const Words texts = hostile_texts(), options = options_in(run({"register", "--help"}).out);
+  const Words texts = hostile_texts(), options = options_in(run({"register", "--help-all"}).out);
   const Words values = {"1", "true", "[1, 2]", "\"x\"", "\"\"", "1979-05-27", "nan", "{a = 1}", "'''x'''", "[[]]", ""};
   const auto any = [&](const Words& of) { return of[engine() % of.size()]; };
   for (int turn = count_of("PULSON_COMMAND_LINES", 120); turn > 0; --turn) {

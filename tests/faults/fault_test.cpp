@@ -275,7 +275,7 @@ std::vector<Verb> verbs() {
          "merge parts/part-1-of-2.ensemble parts/part-2-of-2.ensemble -o out --threads 1", "", "ensemble.json"),
       of("compare", {}, "compare three.tps -o out --sigma 0.1 --noise none --threads 1", "--seed 2", "comparison.json"),
       of("sample", {},
-         "sample a.csv b.csv -o out --noise ch-sd:beta=5% --parameters none --align none --steps 4 --chains 2 --draws "
+         "sample a.csv b.csv -o out --noise ch-sd:beta=5% --align none --steps 4 --chains 2 --draws "
          "20 "
          "--warmup 20 --threads 1",
          "--seed 2", "summary.json"),

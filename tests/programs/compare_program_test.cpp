@@ -93,7 +93,7 @@ TEST_F(CompareProgram, ResultsOutliveARecordThatDoesNotFitElsewhere) {
 TEST_F(CompareProgram, ComparesTheShapesOfAFileWithTheirMean) {
   write_shapes(6);
   const ProgramRun done = compare(
-      "shapes.csv -o out --sigma 0.01 --noise none --noise ch-sd --folds 2 --importance 20 --json - --steps 5 "
+      "shapes.csv -o out --sigma 0.01 --noise none --noise ch-sd:beta=fit --folds 2 --importance 20 --json - --steps 5 "
       "--forward-samples 50");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(names_in("out"), ElementsAre("aligned.csv", "comparison.json", "comparison.png", "comparison.svg",
@@ -138,7 +138,8 @@ TEST_F(CompareProgram, TakesTheEndsOfClosedOutlinesAsOne) {
 TEST_F(CompareProgram, CountsHowOftenTheRightModelIsChosen) {
   write_shapes(4);
   const ProgramRun done = compare(
-      "shapes.csv -o out --sigma 0.01 --noise none --noise ch-sd --simulate ch-sd:beta=0.1 --count 2 --cohort-size 3 "
+      "shapes.csv -o out --sigma 0.01 --noise none --noise ch-sd:beta=fit --simulate ch-sd:beta=0.1 --count 2 "
+      "--cohort-size 3 "
       "--steps 4 --no-picture -q");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(done.out, "");

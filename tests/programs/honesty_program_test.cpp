@@ -63,7 +63,8 @@ class Honesty : public Program {
 
 TEST_F(Honesty, ChainsThatNeverMovedHaveNotConverged) {
   const ProgramRun done = run_words("sample " + fish() +
-                                    " --noise ch-sd:beta=2% --method pcn --chains 1 --draws 6 --warmup 0 --steps 6 "
+                                    " --noise ch-sd:beta=2%:fit --kernel auto:alpha=fit --lambda fit --sigma fit "
+                                    "--method pcn --chains 1 --draws 6 --warmup 0 --steps 6 "
                                     "--no-picture -o out");
   EXPECT_EQ(done.exit_code, 3);
   EXPECT_THAT(done.err, HasSubstr("the chains have not converged"));
@@ -91,7 +92,7 @@ TEST_F(Honesty, OneObservedLandmarkIsNoMatch) {
   for (const char* kind : {"translation", "rigid"})
     expect_refused("register " + pair + "--align " + kind, "the match is undetermined");
   expect_refused("sample " + pair, "the match is undetermined");
-  expect_refused("compare " + pair + "--noise ch-sd --noise none", "noise 'ch-sd' is undetermined");
+  expect_refused("compare " + pair + "--noise ch-sd:beta=fit --noise none", "noise 'ch-sd' is undetermined");
   expect_refused("compare " + pair + "--noise none --align similarity", "the match is undetermined");
   expect_refused("atlas source.csv target.csv -o out --no-picture", "the match is undetermined");
   const ProgramRun done = run_words("register " + pair + "--align none");
@@ -109,12 +110,12 @@ TEST_F(Honesty, NothingObservedIsNoMatch) {
 TEST_F(Honesty, ParametersNeedMoreCoordinates) {
   write("source.csv", "x\n0\n1\n");
   write("target.csv", "x\n0.1\n1.3\n");
-  const std::string pair = "source.csv target.csv -o out --no-picture --kernel gaussian:alpha=1 ";
-  expect_refused("register " + pair + "--noise ch-sd:beta=0.1 --fit beta,alpha",
+  const std::string pair = "source.csv target.csv -o out --no-picture ";
+  expect_refused("register " + pair + "--kernel gaussian:alpha=1:fit --noise ch-sd:beta=0.1:fit",
                  "the parameters are undetermined: there are 2 parameters, and 2 coordinates to determine them");
-  expect_refused("sample " + pair + "--noise ch-sd:beta=0.1 --parameters beta,lambda",
+  expect_refused("sample " + pair + "--kernel gaussian:alpha=1 --noise ch-sd:beta=0.1:fit --lambda fit",
                  "the parameters are undetermined: there are 2 parameters, and 2 coordinates to determine them");
-  expect_refused("compare " + pair + "--noise ch-sd --noise none",
+  expect_refused("compare " + pair + "--kernel gaussian:alpha=1 --noise ch-sd:beta=fit --noise none",
                  "is undetermined: there are 2 parameters, and 2 coordinates");
   const ProgramRun atlas = run_words("atlas source.csv target.csv -o out --no-picture");
   EXPECT_EQ(atlas.exit_code, 0) << atlas.err;

@@ -268,7 +268,7 @@ TEST_F(MatchingNames, FindsTheTipsOfATree) {
   write("tree.nwk", "(homo_sapiens:1,PAN:1);\n");
   const ProgramRun done =
       run(words("sample root.csv tips.csv --tree tree.nwk --noise ch-sd:beta=1 --kernel "
-                "gaussian:alpha=1 --sigma 0.1 --parameters none --draws 8 --warmup 8 --chains 2 "
+                "gaussian:alpha=1 --sigma 0.1 --draws 8 --warmup 8 --chains 2 "
                 "--steps 2 -o out --no-picture"));
   EXPECT_NE(done.exit_code, 2) << done.err;
   EXPECT_THAT(done.err, HasSubstr("names matched after ignoring case"));

@@ -59,7 +59,7 @@ class PathsOfProgram : public ShellCommands {
   static std::vector<HelpOption> options_of(const std::string& verb) {
     static const std::regex kOption(R"(^  (?:-\w,)?(--[\w-]+) ([A-Za-z/:=.,]+)( .*)?$)");
     std::vector<HelpOption> options;
-    std::istringstream lines(run({verb, "--help"}).out);
+    std::istringstream lines(run({verb, "--help-all"}).out);
     for (std::string line; std::getline(lines, line);)
       if (std::smatch match; std::regex_match(line, match, kOption)) options.push_back({match[1], match[2]});
     return options;

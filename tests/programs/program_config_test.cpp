@@ -121,7 +121,7 @@ TEST_F(ConfiguredProgram, NamesTheLineOfWhatIsWrong) {
   EXPECT_THAT(complaint("run.toml", "config = \"other.toml\"\n"),
               HasSubstr("run.toml:1: 'config' belongs on the command line"));
   EXPECT_THAT(complaint("run.toml", "kernel = \"\"\n"), HasSubstr("run.toml:1: kernel is empty"));
-  EXPECT_THAT(complaint("run.toml", "fit = [\"beta\", \" \"]\n"), HasSubstr("run.toml:1: fit is empty"));
+  EXPECT_THAT(complaint("run.toml", "target = [\"b.csv\", \" \"]\n"), HasSubstr("run.toml:1: target is empty"));
   EXPECT_THAT(complaint("run.toml", "json = \"a\\u0000b\"\n"), HasSubstr("run.toml:1: json holds a zero byte"));
 }
 

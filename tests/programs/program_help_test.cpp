@@ -1,9 +1,12 @@
 // What the program says of itself, and of a file.
 
 #include <algorithm>
+#include <set>
 
 #include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
 
+#include "matching/defaults.hpp"
 #include "program.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/integrators/integrator.hpp"
@@ -84,6 +87,48 @@ TEST_F(HelpOfProgram, PrintsTheTables) {
             formats::landmark_formats().size());
   EXPECT_THAT(formats, HasSubstr("\nbigwarp       read           -               landmarks of"));
   EXPECT_THAT(formats, HasSubstr("\ncsv           read, written  .csv .tsv       table"));
+}
+
+TEST_F(HelpOfProgram, PrintsTheDefaultsThatVerbsUse) {
+  const std::string text = printed({"info", "defaults"});
+  const nlohmann::json record = nlohmann::json::parse(printed({"info", "defaults", "--json", "-"}))["defaults"];
+  ASSERT_EQ(record.size(), matching::default_table().size());
+  for (std::size_t i = 0; i < record.size(); ++i) {
+    const matching::TaskDefaults& task = matching::default_table()[i];
+    EXPECT_EQ(record[i]["task"], task.task);
+    EXPECT_EQ(record[i]["kernel"]["value"], task.kernel.value);
+    EXPECT_THAT(text, HasSubstr(task.task + '\n'));
+    EXPECT_THAT(text, HasSubstr(task.integrator.reason));
+  }
+  EXPECT_TRUE(record.back()["sigma"].is_null());
+  for (const auto& [verb, task] : {std::pair{"register", matching::register_defaults()},
+                                   {"compare", matching::compare_defaults()},
+                                   {"atlas", matching::atlas_defaults()}}) {
+    const std::string help = printed({verb, "--help-all"});
+    for (const std::string& value : {task.kernel.value, task.sigma.value, task.lambda.value})
+      EXPECT_THAT(help, HasSubstr("[" + value + "]")) << verb;
+  }
+}
+
+TEST_F(HelpOfProgram, HasTheUsualOptionsInGroupsAndAllOnDemand) {
+  const auto options_in = [](const std::string& help) {
+    std::set<std::string> names;
+    for (std::size_t at = 0; (at = help.find("\n  -", at)) != std::string::npos; ++at)
+      names.insert(help.substr(at + 3, help.find_first_of(" \n", at + 3) - at - 3));
+    return names;
+  };
+  constexpr std::size_t kUsual = 24;  // with -h and --help-all
+  for (const std::string verb : {"register", "compare", "sample", "atlas", "simulate", "ensemble", "warp"}) {
+    const std::string usual = printed({verb, "--help"}), all = printed({verb, "--help-all"});
+    const std::set<std::string> few = options_in(usual), many = options_in(all);
+    EXPECT_LE(few.size(), kUsual) << verb;
+    EXPECT_GT(many.size(), few.size()) << verb;
+    EXPECT_TRUE(std::includes(many.begin(), many.end(), few.begin(), few.end())) << verb;
+    EXPECT_THAT(usual, testing::Not(HasSubstr(", more:"))) << verb;
+    EXPECT_TRUE(few.contains("-o,--out") && many.contains("--config")) << verb;
+  }
+  EXPECT_THAT(printed({"register", "--help"}), HasSubstr("\nModel:\n"));
+  EXPECT_THAT(printed({"register", "--help-all"}), HasSubstr("\nModel, more:\n"));
 }
 
 TEST_F(HelpOfProgram, TellsWhatIsInAFile) {

@@ -147,9 +147,9 @@ TEST_F(TerminalProgram, CountsTheMatchesOfAModelOfCompare) {
                 std::to_string(i % 5 + 0.1 * std::sin(shape + i)) + "," + std::to_string(row + 0.001 * shape) + "\n";
     }
   write("shapes.csv", shapes);
-  const Shown shown =
-      on_terminal(words("compare shapes.csv -o out --sigma 0.01 --steps 20 --noise none --noise ch-sd --no-picture"),
-                  {}, " matches of ");
+  const Shown shown = on_terminal(
+      words("compare shapes.csv -o out --sigma 0.01 --steps 20 --noise none --noise ch-sd:beta=fit --no-picture"), {},
+      " matches of ");
   EXPECT_EQ(WTERMSIG(shown.status), SIGINT);
   EXPECT_THAT(shown.text, testing::ContainsRegex("none: [0-9]+ matches of 300 shapes"));
   EXPECT_THAT(shown.text, EndsWith(kErase));

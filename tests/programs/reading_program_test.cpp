@@ -89,13 +89,13 @@ TEST_F(ReadingProgram, TakesACurveAndAScale) {
 
 TEST_F(ReadingProgram, HasTheSameOptionsInEveryVerbThatReads) {
   for (const char* verb : {"register", "compare", "warp", "simulate", "ensemble", "convert", "info"}) {
-    const std::string help = done(std::string(verb) + " --help").out;
+    const std::string help = done(std::string(verb) + " --help-all").out;
     for (const char* option :
          {"--missing", "--format", "--columns", "--dim", "--landmarks", "--curves", "--scale", "--links", "-q,--quiet"})
       EXPECT_THAT(help, HasSubstr(option)) << verb;
   }
   for (const char* verb : {"fokker-planck", "reproduce"})
-    EXPECT_THAT(done(std::string(verb) + " --help").out, HasSubstr("-q,--quiet"));
+    EXPECT_THAT(done(std::string(verb) + " --help-all").out, HasSubstr("-q,--quiet"));
   done("simulate --shape a.tps --landmarks 1-2 --curves 3 --time 0.1 --no-picture -q -o s");
   const ProgramRun registered =
       run(words("register a.tps b.tps --landmarks 1-2 --curves 3 --scale apply --no-picture -q -o r"));

@@ -110,7 +110,7 @@ TEST_F(RegisterOptions, UncertaintyAddsDeviationsAndTheEvidence) {
 
 TEST_F(RegisterOptions, FitFindsAParameterOfTheKernel) {
   write_triangles();
-  const nlohmann::json record = expect_record(register_files("--kernel gaussian:alpha=1 --fit alpha"));
+  const nlohmann::json record = expect_record(register_files("--kernel gaussian:alpha=1:fit"));
   ASSERT_TRUE(record.contains("fitted"));
   const nlohmann::json& fitted = record["fitted"];
   EXPECT_EQ(fitted["names"], nlohmann::json({"alpha"}));
@@ -121,9 +121,9 @@ TEST_F(RegisterOptions, FitFindsAParameterOfTheKernel) {
   const std::string kernel = record["kernel"];
   EXPECT_NEAR(std::stod(kernel.substr(kernel.find('=') + 1)), alpha, 1e-5 * alpha);
   EXPECT_GE(fitted["evaluations"], 1);
-  const ProgramRun unknown = register_files("--kernel gaussian:alpha=1 --fit gamma");
+  const ProgramRun unknown = register_files("--noise ch-sd:beta=1,on=fit");
   EXPECT_EQ(unknown.exit_code, 2);
-  EXPECT_THAT(unknown.err, HasSubstr("gamma"));
+  EXPECT_THAT(unknown.err, HasSubstr("'on' is not a parameter of these models"));
 }
 
 TEST_F(RegisterOptions, ReflectTurnsTheShapeOver) {

@@ -116,12 +116,12 @@ INSTANTIATE_TEST_SUITE_P(
                    "recovery.json",
                    {"recovery.png", "report.html"}},
         DrawingRun{"sample",
-                   "sample a.csv b.csv -o out --noise ch-sd:beta=5% --parameters none --align none --steps 4 --draws "
+                   "sample a.csv b.csv -o out --noise ch-sd:beta=5% --align none --steps 4 --draws "
                    "20 --warmup 20",
                    "summary.json",
                    {"chains.png", "paths.svg", "report.html"}},
         DrawingRun{"calibration",
-                   "sample a.csv b.csv -o out --noise ch-sd:beta=5% --parameters none --align none --steps 4 --draws "
+                   "sample a.csv b.csv -o out --noise ch-sd:beta=5% --align none --steps 4 --draws "
                    "20 --warmup 20 "
                    "--ranks 7 --calibrate 4",
                    "calibration.json",

@@ -36,7 +36,7 @@ class SampleProgram : public Program {
 
 TEST_F(SampleProgram, WritesDrawsAndTheirSummary) {
   const ProgramRun done = sample_pair(
-      "-o out --noise ch-sd:beta=1 --sigma 0.2 --lambda 1 --kernel gaussian:alpha=1 --parameters beta=0.2 --steps 4 "
+      "-o out --noise ch-sd:beta=1:fit(0.2) --sigma 0.2 --lambda 1 --kernel gaussian:alpha=1 --steps 4 "
       "--chains 2 --draws 40 --warmup 20 --searches 1 --no-picture");
   ASSERT_TRUE(done.exit_code == 0 || done.exit_code == 3) << done.err;
   EXPECT_THAT(names_in("out"), ElementsAre("draws.csv", "momenta.npy", "paths.npy", "report.html", "summary.json"));
@@ -55,7 +55,7 @@ using SampleSignals = WithSignals<SampleProgram>;
 
 TEST_F(SampleSignals, SavesTheChainsAfterASignalAndGoesOn) {
   const std::string kRun =
-      "--noise ch-sd:beta=1 --sigma 0.2 --lambda 1 --kernel gaussian:alpha=1 --parameters beta=0.2 --steps 10 --chains "
+      "--noise ch-sd:beta=1:fit(0.2) --sigma 0.2 --lambda 1 --kernel gaussian:alpha=1 --steps 10 --chains "
       "2 "
       "--draws 2000 --warmup 100 --searches 1 --no-picture --threads 1 ";  // some seconds
   const std::string kPair = "sample " + sample("swap_source") + ' ' + sample("swap_target") + ' ';
@@ -86,8 +86,8 @@ TEST_F(SampleProgram, WritesTheNodesOfATree) {
   std::ofstream("tree.nwk") << "((a:1,b:1)x:1,c:2);\n";
   std::ofstream("root.csv") << "x,y\n0,0\n4,1\n";
   std::ofstream("leaves.csv") << "shape,x,y\na,0.5,0.1\na,4.2,1\nb,0.4,0.3\nb,4.1,0.8\nc,-0.4,0\nc,3.5,1.2\n";
-  const std::string kTree = "root.csv leaves.csv --tree tree.nwk --time 2 --steps 4 --sigma 0.1 ";
-  const std::string kRun = "--chains 2 --draws 40 --warmup 20 --noise kunita:beta=0.3,width=1 -o out ";
+  const std::string kTree = "root.csv leaves.csv --tree tree.nwk --time 2 --steps 4 --sigma 0.1:fit ";
+  const std::string kRun = "--chains 2 --draws 40 --warmup 20 --noise kunita:beta=0.3:fit,width=1:fit -o out ";
   const ProgramRun done = run(words("sample " + kTree + kRun));
   ASSERT_TRUE(done.exit_code == 0 || done.exit_code == 3) << done.err;
   EXPECT_THAT(done.out, HasSubstr("a tree of 4 branches, with 3 observed nodes of 2 landmarks in 2D"));
@@ -107,7 +107,7 @@ TEST_F(SampleProgram, WritesTheNodesOfATree) {
   EXPECT_THAT(study.err, HasSubstr("note: nothing is saved in 'out' yet: the run begins\n"));
   for (const auto& [options, message] :
        {std::pair<std::string, std::string>{kTree + "--noise none", "a tree needs noise"},
-        {kTree + "--noise ch-sd:beta=1 --parameters lambda", "'lambda' has no effect on a tree"},
+        {kTree + "--noise ch-sd:beta=1 --lambda fit", "'lambda' has no effect on a tree"},
         {"root.csv root.csv --tree tree.nwk --noise ch-sd:beta=1", "the tree has no node 'root'"},
         {"root.csv leaves.csv --tree root.csv --noise ch-sd:beta=1", "root.csv:1: "}}) {
     const ProgramRun refused = run(words("sample " + options + " -o none"));
@@ -120,7 +120,7 @@ TEST_F(SampleProgram, WritesTheNodesOfATree) {
 
 TEST_F(SampleProgram, RanksTrueValuesInSimulations) {
   const ProgramRun done = sample_pair(
-      "-o out --noise ch-sd:beta=1 --sigma 0.2 --lambda 1 --kernel gaussian:alpha=1 --parameters beta --steps 2 "
+      "-o out --noise ch-sd:beta=1:fit --sigma 0.2 --lambda 1 --kernel gaussian:alpha=1 --steps 2 "
       "--calibrate 5 --draws 40 --warmup 20 --ranks 7 --searches 1 --method pcn --no-picture");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(names_in("out"), ElementsAre("calibration.json", "report.html"));
@@ -131,7 +131,7 @@ TEST_F(SampleProgram, RanksTrueValuesInSimulations) {
 }
 
 TEST_F(SampleProgram, RefusesWhatCannotBeSampled) {
-  expect_refused("-o out --noise ch-sd:beta=1 --parameters gamma", "'gamma' is not a positive parameter");
+  expect_refused("-o out --noise ch-sd:beta=1,on=fit", "'on' is not a positive parameter");
   expect_refused("-o out --noise ch-sd:beta=1 --method nutz", "unknown sampler 'nutz'");
   expect_refused("-o out --noise ch-sd:beta=1 --chains 0", "--chains");
   expect_refused("-o out --noise ch-sd:beta=1 --calibrate 5 --fault beta", "NAME=FACTOR");

@@ -56,16 +56,17 @@ std::vector<ShardedRun> sharded_runs() {
   const std::filesystem::path shapes = std::filesystem::path(PULSON_SOURCE_DIR) / "sample_shapes";
   const std::string pair = (shapes / "swap_source.csv").string() + ' ' + (shapes / "swap_target.csv").string();
   const std::string leaves = (shapes / "leaves.tps").string();
-  return {{"sample",
-           "sample " + pair +
-               " --noise ch-sd:beta=1 --sigma 0.2 --lambda 1 --kernel gaussian:alpha=1 --parameters beta --steps 2 "
-               "--calibrate 5 --draws 40 --warmup 20 --ranks 7 --searches 1 --method pcn --no-picture ",
-           "calibration.json", 5},
-          {"compare",
-           "compare " + leaves + "#1 " + leaves + "#2 " + leaves +
-               "#3 --sigma 0.5 --noise none --noise ch-sd --simulate all --count 2 --cohort-size 3 --importance 0 "
-               "--lambda 1 --steps 4 --no-picture ",
-           "recovery.json", 4}};
+  return {
+      {"sample",
+       "sample " + pair +
+           " --noise ch-sd:beta=1:fit --sigma 0.2 --lambda 1 --kernel gaussian:alpha=1 --steps 2 "
+           "--calibrate 5 --draws 40 --warmup 20 --ranks 7 --searches 1 --method pcn --no-picture ",
+       "calibration.json", 5},
+      {"compare",
+       "compare " + leaves + "#1 " + leaves + "#2 " + leaves +
+           "#3 --sigma 0.5 --noise none --noise ch-sd:beta=fit --simulate all --count 2 --cohort-size 3 --importance 0 "
+           "--lambda 1 --steps 4 --no-picture ",
+       "recovery.json", 4}};
 }
 
 class ShardedVerbs : public ShardsProgram, public testing::WithParamInterface<ShardedRun> {};

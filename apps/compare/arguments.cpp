@@ -1,6 +1,7 @@
 #include "arguments.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -16,6 +17,9 @@
 
 namespace pulson {
 namespace {
+
+// Where σ is fitted from, per cent of the diameter: landmarks that are placed by hand.
+constexpr double kUsualError = 1;
 
 // A comparison finds starting values by itself, and has no priors of numbers.
 void require_plain(const OpenSpec& spec, const std::string& given, const std::string& option) {
@@ -84,7 +88,7 @@ void CompareArguments::add_to(CLI::App& verb) {
   output.add_to(verb, "comparison.png and .svg");
   begin_group(verb, kModelGroup);
   verb.add_option("--sigma", sigma,
-                  fmt::format("digitising error: a length, or per cent of the source's diameter [{}]",
+                  fmt::format("digitising error: a length, or per cent of the source's diameter; fit: fitted in each model [{}]",
                               matching::compare_defaults().sigma.value))
       ->type_name("LENGTH");
   only_known(verb.add_option("--align", align,
@@ -183,12 +187,15 @@ compare::CompareOptions CompareArguments::compare_options(const compare::CohortS
   const compare::Cohort about = cohort.cohort();
   compare::CompareOptions asked = options_about(about.source, notes);
   if (constexpr std::size_t kFewest = 3;
-      asked.settings.fit_width && cohort.targets.size() < kFewest && simulate.empty()) {
-    asked.settings.fit_width = false;
-    notes.push_back(
-        fmt::format("the kernel's width is chosen by the spacing of landmarks, {:.4g}: so few shapes do not "
-                    "determine it",
-                    asked.settings.kernel.make(about.source.points).terms().front().alpha));
+      (asked.settings.fit_width || asked.settings.fit_sigma) && cohort.targets.size() < kFewest && simulate.empty()) {
+    if (std::exchange(asked.settings.fit_sigma, false))
+      notes.push_back(fmt::format("sigma is {:.4g}, {} % of the diameter: so few shapes do not determine it",
+                                  asked.settings.sigma.in(0), kUsualError));
+    if (std::exchange(asked.settings.fit_width, false))
+      notes.push_back(
+          fmt::format("the kernel's width is chosen by the spacing of landmarks, {:.4g}: so few shapes do not "
+                      "determine it",
+                      asked.settings.kernel.make(about.source.points).terms().front().alpha));
   }
   if (!time.chosen) asked.settings.grid.steps = sufficient_steps(about, asked.settings);
   return asked;
@@ -221,16 +228,18 @@ compare::CompareOptions CompareArguments::options_about(const Landmarks& about, 
   if (!true_kernel.empty()) static_cast<void>(make_kernel(true_kernel, about.points));
   asked.maps = !no_maps;
   if (!is_fitted("--lambda", lambda)) asked.settings.lambda = parse_number(lambda, "--lambda");
-  const matching::Default& usual = matching::compare_defaults().sigma;
-  if (sigma && OpenNumber::parse(*sigma, "--sigma"))
-    throw InputError(
-        "compare does not fit sigma; --sigma is the digitising error, a length or per cent of the diameter");
-  asked.settings.sigma = Length::parse(sigma.value_or(usual.value), "--sigma").in(diameter(about.points));
+  const std::string of_sigma = sigma.value_or(matching::compare_defaults().sigma.value);
+  const std::optional<OpenNumber> open_sigma = OpenNumber::parse(of_sigma, "--sigma");
+  if (open_sigma && open_sigma->log_deviation)
+    throw InputError(fmt::format("--sigma {}: numbers have no priors here: fit, or 2%:fit to begin there", of_sigma));
+  asked.settings.fit_sigma = open_sigma.has_value();
+  const std::string start = open_sigma ? open_sigma->start : of_sigma;
+  asked.settings.sigma = start.empty() ? Length::percent(kUsualError).in(diameter(about.points))
+                                       : Length::parse(start, "--sigma").in(diameter(about.points));
   if (!sigma)
     notes.push_back(
-        fmt::format("sigma {:.3g}, {} of the diameter, is a guess: give --sigma, the digitising error, on which the "
-                    "ranking depends",
-                    asked.settings.sigma.in(0), usual.value));
+        "sigma is fitted in each model: where you know the digitising error give it by --sigma, as noise that moves each "
+        "landmark by itself looks like it");
   return asked;
 }
 

@@ -137,9 +137,9 @@ charts::ChartPanel noise_displacements(const compare::Comparison& comparison) {
 charts::Chart comparison_chart(const compare::Comparison& comparison) {
   charts::Chart chart{
       .title = as_title(verdict(comparison)),
-      .subtitle = fmt::format("{} shape{} of {} landmarks, {}, sigma {:.3g}", comparison.cohort.targets.size(),
+      .subtitle = fmt::format("{} shape{} of {} landmarks, {}, {}", comparison.cohort.targets.size(),
                               comparison.cohort.targets.size() == 1 ? "" : "s", comparison.cohort.source.count(),
-                              kernel_words(comparison.settings), comparison.settings.sigma.in(0)),
+                              kernel_words(comparison.settings), sigma_words(comparison.settings)),
       .rows = {{scores(comparison), spectrum(comparison)}, {predictions(comparison), noise_displacements(comparison)}}};
   if (chart.rows[1][0].series.empty()) chart.rows[1].erase(chart.rows[1].begin());
   return chart;
@@ -164,8 +164,8 @@ charts::Chart recovery_chart(const std::vector<compare::RecoveryRow>& rows, cons
     panel.series.push_back(std::move(series));
   }
   return {.title = "How often each model is chosen",
-          .subtitle = fmt::format("{} cohorts of {} shapes from each model, {}, sigma {:.3g}", options.cohorts,
-                                  options.shapes, kernel_words(options.settings), options.settings.sigma.in(0)),
+          .subtitle = fmt::format("{} cohorts of {} shapes from each model, {}, {}", options.cohorts,
+                                  options.shapes, kernel_words(options.settings), sigma_words(options.settings)),
           .rows = {{panel}}};
 }
 

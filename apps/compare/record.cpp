@@ -67,6 +67,7 @@ Json model_json(const compare::ComparedModel& model, const compare::CohortSettin
             {"integrator", settings.integrator},
             {"kernel", fit.kernel},
             {"lambda", fit.lambda},
+            {"sigma", fit.sigma},
             {"fitted", fitted_json(fit.fitted)},
             {"converged", fit.converged},
             {"rms", model.rms.value},

@@ -24,7 +24,7 @@ constexpr const char* kNothingToTell = "these shapes do not differ beyond sigma,
 
 // By the root mean square of the coordinates that are observed.
 bool differ_beyond_sigma(const compare::Comparison& comparison) {
-  const double sigma = comparison.settings.sigma.in(0);
+  const double sigma = comparison.models[comparison.best].fit.sigma;
   double square = 0, count = 0;
   for (const Landmarks& target : comparison.cohort.targets)
     for (const double off : (target.points - comparison.cohort.source.points).reshaped())
@@ -99,6 +99,10 @@ std::string kernel_words(const compare::CohortSettings& settings) {
   return shortened_spec(settings.kernel.spec()) + (settings.fit_width ? " (the width fitted, from there)" : "");
 }
 
+std::string sigma_words(const compare::CohortSettings& settings) {
+  return fmt::format("sigma {:.4g}{}", settings.sigma.in(0), settings.fit_sigma ? " (fitted, from there)" : "");
+}
+
 std::string number(double value, const char* format) {
   return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
 }
@@ -149,8 +153,8 @@ void print_comparison(const compare::Comparison& comparison) {
   print_text("{}: {} of {} landmarks in {}D, aligned: {}\n", comparison.cohort.source.source,
              counted(comparison.cohort.targets.size(), "shape"), comparison.cohort.source.count(),
              comparison.cohort.source.dimension(), alignment_name(comparison.cohort.alignment));
-  print_text("model      {}, {} steps, sigma {:.4g}\n\n", kernel_words(comparison.settings),
-             comparison.settings.grid.steps, comparison.settings.sigma.in(0));
+  print_text("model      {}, {} steps, {}\n\n", kernel_words(comparison.settings), comparison.settings.grid.steps,
+             sigma_words(comparison.settings));
   Rows evidence{{"noise", "score", "weight", "p", "log evidence", "Laplace", "rms", "energy", "action"}};
   const std::vector<std::size_t> order = ranked(comparison);
   for (const std::size_t i : order) {
@@ -183,8 +187,8 @@ void print_comparison(const compare::Comparison& comparison) {
 
 void print_recovery(const std::vector<compare::RecoveryRow>& rows, const std::vector<std::string>& candidates,
                     const compare::RecoveryOptions& options) {
-  print_text("{} cohorts of {} shapes from each model, {}, sigma {:.4g}: how often each model is chosen\n\n",
-             options.cohorts, options.shapes, kernel_words(options.settings), options.settings.sigma.in(0));
+  print_text("{} cohorts of {} shapes from each model, {}, {}: how often each model is chosen\n\n", options.cohorts,
+             options.shapes, kernel_words(options.settings), sigma_words(options.settings));
   std::vector<std::string> head = {"drawn from", "noise share"};
   for (const std::string& candidate : candidates) head.push_back(candidate.substr(0, candidate.find(':')));
   Rows table{head};

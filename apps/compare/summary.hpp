@@ -10,6 +10,9 @@ namespace pulson {
 /// The kernel that all models begin with, and whether each has a width of its own.
 std::string kernel_words(const compare::CohortSettings& settings);
 
+/// `sigma 0.5`, or that it is fitted.
+std::string sigma_words(const compare::CohortSettings& settings);
+
 void print_comparison(const compare::Comparison& comparison);
 
 /// One line: which model explains the shapes best, or that they do not decide.

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "compare/open_noise.hpp"
+#include "core/spec_text.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/noise_table.hpp"
 
@@ -13,16 +13,6 @@ namespace pulson {
 namespace {
 
 constexpr std::size_t kMostValues = 1000;
-
-std::vector<std::string_view> parts_of(std::string_view text, char separator) {
-  std::vector<std::string_view> parts;
-  for (;;) {
-    const std::size_t end = text.find(separator);
-    parts.push_back(text.substr(0, end));
-    if (end == std::string_view::npos) return parts;
-    text.remove_prefix(end + 1);
-  }
-}
 
 std::vector<double> range_values(double from, double to, double step, const std::string& option) {
   constexpr double kRounding = 1e-9;  // of a step: 0:0.3:0.1 ends at 0.3
@@ -42,22 +32,22 @@ bool is_named(const std::string& asked, const std::string& term, const std::stri
 
 std::string joined(const std::vector<Spec>& terms) {
   std::string text;
-  for (const Spec& term : terms) text += (text.empty() ? "" : "+") + compare::spec_text(term);
+  for (const Spec& term : terms) text += (text.empty() ? "" : "+") + text_of_spec(term);
   return text;
 }
 
 // What of a term can be swept.
 std::vector<std::string> keys_of(const Spec& term, bool of_kernel, const Landmarks& shape) {
   if (of_kernel) return {"alpha", "weight"};
-  return make_noise(compare::spec_text(term), shape)->parameter_names();
+  return make_noise(text_of_spec(term), shape)->parameter_names();
 }
 
 }  // namespace
 
 std::vector<double> parse_values(std::string_view text, const std::string& option) {
   std::vector<double> values;
-  const std::vector<std::string_view> range = parts_of(text, ':');
-  for (const std::string_view part : range.size() == 3 ? range : parts_of(text, ','))
+  const std::vector<std::string_view> range = split(text, ':');
+  for (const std::string_view part : range.size() == 3 ? range : split(text, ','))
     values.push_back(parse_number(part, option));
   if (!std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }))
     throw InputError(fmt::format("{} is {}; its values must be finite", option, quoted_line(text)));

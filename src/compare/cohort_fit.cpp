@@ -46,7 +46,6 @@ int sufficient_steps(const Cohort& cohort, CohortSettings settings) {
   constexpr int kDrawn = 100;
   constexpr int kWithPath = 98;
   settings.importance_samples = 0;
-  const double sigma = settings.sigma.in(diameter(cohort.source.points));
   const auto integrator = make_integrator(settings.integrator);
   int steps = kFewest;
   for (; steps < kMost; steps *= 2) try {
@@ -61,7 +60,7 @@ int sufficient_steps(const Cohort& cohort, CohortSettings settings) {
                 ->integrate(system, {cohort.source.points, shape.momenta}, finer, Eigen::MatrixXd::Zero(0, finer.steps))
                 .final()
                 .q;
-        return (end - shape.end).norm() <= kExact * sigma * std::sqrt(static_cast<double>(end.size()));
+        return (end - shape.end).norm() <= kExact * fit.sigma * std::sqrt(static_cast<double>(end.size()));
       });
       const ForwardSamples drawn = draw_shapes(problem, kDrawn, settings.seed);
       if (exact && fit.converged && drawn.ends.cols() >= kWithPath) break;

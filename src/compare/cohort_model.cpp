@@ -57,13 +57,13 @@ MatrixXd motions_of(const Cohort& cohort, int shape) {
   return motions;
 }
 
-double OpenNumber::value(double x) const {
+double ModelNumber::value(double x) const {
   if (!is_variance()) return unit * std::exp(x);
   const double v = unit * std::max(std::expm1(x), kNegligible);
   return kind == Kind::kLambda ? 1 / v : std::sqrt(v);
 }
 
-double OpenNumber::place(double value) const {
+double ModelNumber::place(double value) const {
   if (!is_variance()) return std::log(value / unit);
   return std::log1p((kind == Kind::kLambda ? 1 / value : value * value) / unit);
 }
@@ -79,7 +79,7 @@ CohortModel::CohortModel(const Cohort& cohort, OpenNoise noise, const CohortSett
       kernel_(settings.kernel.make(cohort.source.points)),
       integrator_(make_integrator(settings.integrator)),
       noise_(std::move(noise)) {
-  using Kind = OpenNumber::Kind;
+  using Kind = ModelNumber::Kind;
   require_positive("sigma", sigma_);
   if (cohort.targets.empty()) throw InputError("there is no shape to fit a model to");
   const Points& source = cohort.source.points;
@@ -116,10 +116,10 @@ void CohortModel::find_units() {
   VectorXd theta = noise_.model->parameters();
   Specimen::Model model = specimens_.front().model(numbers);
   const double size = difference(specimens_, model, sigma_);
-  for (const OpenNumber& number : open_)
-    if (number.kind == OpenNumber::Kind::kAmplitude)
+  for (const ModelNumber& number : open_)
+    if (number.kind == ModelNumber::Kind::kAmplitude)
       theta[number.parameter] = kTrial * size;
-    else if (number.kind == OpenNumber::Kind::kOther)
+    else if (number.kind == ModelNumber::Kind::kOther)
       theta[number.parameter] = number.unit;
   if (theta.size() > 0) numbers.noise = noise_.model->with_parameters(theta);
   model = specimens_.front().model(numbers);
@@ -141,19 +141,19 @@ void CohortModel::find_units() {
   excess /= static_cast<double>(data);
   const auto n = static_cast<double>(first.data());
   const auto groups = static_cast<double>(
-      std::count_if(open_.begin(), open_.end(), [](const OpenNumber& number) { return number.is_variance(); }));
+      std::count_if(open_.begin(), open_.end(), [](const ModelNumber& number) { return number.is_variance(); }));
   const double trace = at_rest.covariance(model).trace();
   box_ = {VectorXd(count()), VectorXd(count())};
   start_ = VectorXd::Zero(count());
   for (Index i = 0; i < count(); ++i) {
-    OpenNumber& number = open_[at(i)];
-    const double range = number.kind == OpenNumber::Kind::kWidth ? kWidthRange : kOtherRange;
+    ModelNumber& number = open_[at(i)];
+    const double range = number.kind == ModelNumber::Kind::kWidth ? kWidthRange : kOtherRange;
     box_.least[i] = -range;
     box_.most[i] = range;
     if (!number.is_variance()) continue;
     // What twice the variance adds.
     posterior::Numbers twice = numbers;
-    const bool is_lambda = number.kind == OpenNumber::Kind::kLambda;
+    const bool is_lambda = number.kind == ModelNumber::Kind::kLambda;
     if (is_lambda) {
       twice.lambda /= 2;
     } else {
@@ -193,22 +193,22 @@ posterior::Numbers CohortModel::numbers(const VectorXd& x) const {
   posterior::Numbers numbers{std::make_shared<KernelOperator>(kernel_), noise_.model, settings_.lambda.value_or(1), 1};
   VectorXd theta = noise_.model->parameters();
   for (Index i = 0; i < count(); ++i) {
-    const OpenNumber& number = open_[at(i)];
+    const ModelNumber& number = open_[at(i)];
     switch (number.kind) {
-      case OpenNumber::Kind::kLambda:
+      case ModelNumber::Kind::kLambda:
         numbers.lambda = number.value(x[i]);
         break;
-      case OpenNumber::Kind::kAmplitude:
-      case OpenNumber::Kind::kOther:
+      case ModelNumber::Kind::kAmplitude:
+      case ModelNumber::Kind::kOther:
         theta[number.parameter] = number.value(x[i]);
         break;
-      case OpenNumber::Kind::kWidth: {
+      case ModelNumber::Kind::kWidth: {
         std::vector<KernelTerm> terms = kernel_.terms();
         for (KernelTerm& term : terms) term.alpha *= std::exp(x[i]);
         numbers.kernel = std::make_shared<KernelOperator>(std::move(terms));
         break;
       }
-      case OpenNumber::Kind::kSigma:
+      case ModelNumber::Kind::kSigma:
         numbers.sigma = std::exp(x[i]);
         break;
     }

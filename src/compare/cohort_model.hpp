@@ -24,7 +24,7 @@ inline constexpr double kFaint = 1e-3;
 Eigen::MatrixXd motions_of(const Cohort& cohort, int target);
 
 /// A number of a model that is fitted.
-struct OpenNumber {
+struct ModelNumber {
   enum class Kind { kLambda, kAmplitude, kWidth, kOther, kSigma };
   Kind kind;
   std::string name;
@@ -55,7 +55,7 @@ class CohortModel {
   /// @throws InputError where an option is wrong or the alignment accounts for all that a shape or the noise is
   CohortModel(const Cohort& cohort, OpenNoise noise, const CohortSettings& settings);
 
-  const std::vector<OpenNumber>& open() const { return open_; }
+  const std::vector<ModelNumber>& open() const { return open_; }
   Eigen::Index count() const { return std::ssize(open_); }
   int shapes() const { return static_cast<int>(specimens_.size()); }
   const posterior::Specimen& specimen(int shape) const { return specimens_[static_cast<std::size_t>(shape)]; }
@@ -106,7 +106,7 @@ class CohortModel {
   KernelOperator kernel_;
   std::shared_ptr<const Integrator> integrator_;
   OpenNoise noise_;
-  std::vector<OpenNumber> open_;
+  std::vector<ModelNumber> open_;
   std::vector<posterior::Specimen> specimens_;
   Box box_;
   Eigen::VectorXd start_;

@@ -265,7 +265,7 @@ void add_notes_of_data(Comparison& comparison) {
         ++count;
       }
   const double sigma = comparison.settings.sigma.in(0);
-  if (square < count * sigma * sigma)
+  if (!comparison.settings.fit_sigma && square < count * sigma * sigma)
     comparison.notes.push_back(fmt::format(
         "the shapes differ from their source by {:.3g} (root mean square of a coordinate), less than sigma, "
         "{:.3g}: they say nothing of any model; a measured sigma may be smaller",

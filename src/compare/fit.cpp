@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 using posterior::LinearAt;
 using posterior::Minimum;
 using posterior::Specimen;
-using Kind = OpenNumber::Kind;
+using Kind = ModelNumber::Kind;
 using enum CohortModel::Effort;
 
 constexpr double kLeastGain = 0.01;  // nats that a further turn would still gain by the linear models
@@ -78,7 +78,7 @@ class Search {
       found = climbed({settled(found.about, cohort_.box(), kTurnsAgain)});
     if (found.maximum) {
       std::vector<char> near_bound;
-      for (const OpenNumber& number : cohort_.open()) near_bound.push_back(number.is_variance() ? 1 : 0);
+      for (const ModelNumber& number : cohort_.open()) near_bound.push_back(number.is_variance() ? 1 : 0);
       found.intervals = find_intervals(evidence(found), found.maximum->local, cohort_.box(), near_bound);
     }
     return found;
@@ -98,7 +98,7 @@ class Search {
     for (int turn = 0; turn < turns && cohort_.count() > 0; ++turn) {
       Box near = box;
       for (Index i = 0; i < cohort_.count(); ++i) {
-        const OpenNumber& number = cohort_.open()[at(i)];
+        const ModelNumber& number = cohort_.open()[at(i)];
         double reach = number.is_variance() ? kVarianceStep : kWidthStep;
         if (number.kind == Kind::kOther) reach = 0;  // linear models do not have them
         near.least[i] = std::max(near.least[i], now.x[i] - reach);
@@ -148,7 +148,7 @@ class Search {
       return settled(begun(cohort_.place(values), kThorough), cohort_.box(), kTurnsOfWidth);
     }
     const auto width = std::find_if(cohort_.open().begin(), cohort_.open().end(),
-                                    [](const OpenNumber& number) { return number.kind == Kind::kWidth; });
+                                    [](const ModelNumber& number) { return number.kind == Kind::kWidth; });
     if (width == cohort_.open().end()) return settled(begun(cohort_.start(), kThorough), cohort_.box(), kMostTurns);
     const Index i = width - cohort_.open().begin();
     const auto at_width = [&](double x) -> std::optional<Matches> {
@@ -348,7 +348,7 @@ std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found&
                        cohort.noise().model->traits().linear;
   std::vector<FittedNumber> numbers;
   for (Index i = 0; i < n; ++i) {
-    const OpenNumber& number = cohort.open()[at(i)];
+    const ModelNumber& number = cohort.open()[at(i)];
     FittedNumber fitted{number.name, number.value(x[i]), kNan, false, kNan, kNan, kNan};
     const bool determined = std::isfinite(errors[i]) && found.intervals.low.size() > 0;
     const double low = determined ? found.intervals.low[i] : kNan, high = determined ? found.intervals.high[i] : kNan;
@@ -363,7 +363,7 @@ std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found&
       };
       if (!fitted.vanishes) {
         fitted.log_deviation = (is_lambda ? 1 : 0.5) * errors[i] * (1 + number.unit / v);
-        fitted.correlation_with_sigma = correlations[i];
+        if (!cohort.settings().fit_sigma) fitted.correlation_with_sigma = correlations[i];
       }
       fitted.low = end(is_lambda ? high : low);
       fitted.high = end(is_lambda ? low : high);
@@ -484,7 +484,7 @@ CohortFit fit_roughly(const CohortModel& cohort) {
 
 CohortFit fit_again(const CohortModel& cohort, const CohortFit& before) {
   std::vector<double> values;
-  for (const OpenNumber& number : cohort.open())
+  for (const ModelNumber& number : cohort.open())
     values.push_back(std::find_if(before.fitted.begin(), before.fitted.end(), [&](const FittedNumber& fitted) {
                        return fitted.name == number.name;
                      })->value);

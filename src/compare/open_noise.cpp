@@ -4,6 +4,8 @@
 
 #include <fmt/core.h>
 
+#include "core/spec_text.hpp"
+
 namespace pulson::compare {
 namespace {
 
@@ -15,13 +17,6 @@ bool is_open(const Spec& spec, const ParameterInfo& info) {
 }
 
 }  // namespace
-
-std::string spec_text(const Spec& spec) {
-  std::string text = spec.name;
-  for (const auto& [key, value] : spec.values)
-    text += fmt::format("{}{}={}", text.size() == spec.name.size() ? ":" : ",", key, value);
-  return text;
-}
 
 OpenNoise make_open_noise(const NoiseChoice& choice, const Landmarks& shape) {
   if (choice.model()) return {choice.model(), {}, true};
@@ -36,7 +31,7 @@ OpenNoise make_open_noise(const NoiseChoice& choice, const Landmarks& shape) {
         open.push_back(info.name);
         spec.values[info.name] = "1";
       }
-    const std::string term = spec_text(spec);
+    const std::string term = text_of_spec(spec);
     complete += (complete.empty() ? "" : "+") + term;
     const std::vector<std::string> names = make_noise(term, shape, choice.table())->parameter_names();
     for (const std::string& name : open) {

@@ -14,9 +14,6 @@ struct OpenNoise {
   bool is_own = false;                      ///< NoiseChoice::is_own()
 };
 
-/// `NAME:key=value,key=value`, which parse_spec_sum() reads.
-std::string spec_text(const Spec& spec);
-
 /// The model of a specification in which required numbers may be left out, as `ch-sd`: these are open; a model
 /// that is given as such has none. @throws InputError as make_noise() does
 OpenNoise make_open_noise(const NoiseChoice& choice, const Landmarks& shape);

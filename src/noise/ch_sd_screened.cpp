@@ -1,6 +1,7 @@
 
 #include <fmt/core.h>
 
+#include "gaussian_pairs.hpp"
 #include "models.hpp"
 #include "pulson/noise/differentiated_noise.hpp"
 
@@ -42,78 +43,85 @@ struct ChSdScreened : NoiseFormula {
   template <class T>
   void add_potentials(const StateOf<T>& state, const VectorOf<T>& theta, VectorOf<T>& h) const {
     const Eigen::Index d = state.q.rows();
-    for (int i = 0; i < on.count(static_cast<int>(state.q.cols())); ++i) {
-      const T amplitude = theta[0] * screen(state, theta, on[i]).value;
-      for (Eigen::Index axis = 0; axis < d; ++axis) h[i * d + axis] += amplitude * state.p(axis, on[i]);
-    }
+    VectorOf<T> screens = VectorOf<T>::Constant(state.q.cols(), T(0));
+    for_each_screen(state, theta, [&](Eigen::Index a, Eigen::Index b, const T*, const T& e) {
+      screens[a] += e;
+      screens[b] += e;
+    });
+    for (int i = 0; i < on.count(static_cast<int>(state.q.cols())); ++i)
+      for (Eigen::Index axis = 0; axis < d; ++axis)
+        h[i * d + axis] += theta[0] * screens[on[i]] * state.p(axis, on[i]);
   }
 
   template <class T>
   void add_gradient(const StateOf<T>& state, const VectorOf<T>& theta, const Eigen::VectorXd& w,
                     StateOf<T>& gradient) const {
-    const Eigen::Index d = state.q.rows();
-    for (int i = 0; i < on.count(static_cast<int>(state.q.cols())); ++i) {
-      const int a = on[i];
-      const VectorOf<T> w_a = w.segment(i * d, d).unaryExpr([](double x) { return T(x); });
-      const T pull = theta[0] * w_a.dot(state.p.col(a));
-      T value(0);
-      for_each_screen(state, theta, a, [&](Eigen::Index b, const VectorOf<T>& z, const T& e) {
-        value += e;
-        const VectorOf<T> force = (T(-2) * pull * e / theta[1]) * z;
-        gradient.q.col(a) += force;
-        gradient.q.col(b) -= force;
-      });
-      gradient.p.col(a) += (theta[0] * value) * w_a;
-    }
+    const Eigen::Index d = state.q.rows(), n = state.q.cols();
+    VectorOf<T> pull = VectorOf<T>::Constant(n, T(0));  // β w_a·p_a
+    VectorOf<T> screens = pull;
+    for (int i = 0; i < on.count(static_cast<int>(n)); ++i)
+      for (Eigen::Index axis = 0; axis < d; ++axis)
+        pull[on[i]] += theta[0] * T(w[i * d + axis]) * state.p(axis, on[i]);
+    const T c = T(-2) / theta[1];
+    for_each_screen(state, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& e) {
+      screens[a] += e;
+      screens[b] += e;
+      const T slope = c * e * (pull[a] + pull[b]);
+      for (Eigen::Index axis = 0; axis < d; ++axis) {
+        gradient.q(axis, a) += slope * z[axis];
+        gradient.q(axis, b) -= slope * z[axis];
+      }
+    });
+    for (int i = 0; i < on.count(static_cast<int>(n)); ++i)
+      for (Eigen::Index axis = 0; axis < d; ++axis)
+        gradient.p(axis, on[i]) += theta[0] * screens[on[i]] * T(w[i * d + axis]);
   }
 
-  // G = ¼β² Σ_a s_a p_a·g_a with g_a = ∂s_a/∂q_a.
+  // G = ¼β² Σ_a s_a p_a·g_a with g_a = ∂s_a/∂q_a, over the chosen a.
   template <class T>
   void add_compensation_gradient(const StateOf<T>& state, const VectorOf<T>& theta, StateOf<T>& gradient) const {
+    const Eigen::Index d = state.q.rows(), n = state.q.cols();
     const T quarter = T(0.25) * theta[0] * theta[0];
-    for (int i = 0; i < on.count(static_cast<int>(state.q.cols())); ++i) {
+    const T c = T(-2) / theta[1];
+    VectorOf<T> screens = VectorOf<T>::Constant(n, T(0));   // s
+    MatrixOf<T> slopes = MatrixOf<T>::Constant(d, n, T(0));  // g
+    for_each_screen(state, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& e) {
+      screens[a] += e;
+      screens[b] += e;
+      for (Eigen::Index axis = 0; axis < d; ++axis) {
+        slopes(axis, a) += c * e * z[axis];
+        slopes(axis, b) -= c * e * z[axis];
+      }
+    });
+    VectorOf<T> of_s = VectorOf<T>::Constant(n, T(0));       // ∂G/∂s_a = ¼β² p_a·g_a
+    MatrixOf<T> of_g = MatrixOf<T>::Constant(d, n, T(0));     // ∂G/∂g_a = ¼β² s_a p_a
+    for (int i = 0; i < on.count(static_cast<int>(n)); ++i) {
       const int a = on[i];
-      const Screen<T> s = screen(state, theta, a);
-      gradient.p.col(a) += (quarter * s.value) * s.slope;
-      const VectorOf<T> p = state.p.col(a);
-      const T along = p.dot(s.slope);
-      for_each_screen(state, theta, a, [&](Eigen::Index b, const VectorOf<T>& z, const T& e) {
-        const T first = quarter * T(-2) * e / theta[1];
-        const VectorOf<T> force =
-            (first * along) * z + (first * s.value) * (p - (T(2) * z.dot(p) / theta[1]) * z).eval();
-        gradient.q.col(a) += force;
-        gradient.q.col(b) -= force;
-      });
+      for (Eigen::Index axis = 0; axis < d; ++axis) {
+        of_s[a] += quarter * state.p(axis, a) * slopes(axis, a);
+        of_g(axis, a) = quarter * screens[a] * state.p(axis, a);
+        gradient.p(axis, a) += quarter * screens[a] * slopes(axis, a);
+      }
     }
+    for_each_screen(state, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& e) {
+      T along(0);  // z·v, v = ∂G/∂g_a − ∂G/∂g_b
+      for (Eigen::Index axis = 0; axis < d; ++axis) along += z[axis] * (of_g(axis, a) - of_g(axis, b));
+      const T by_z = c * e * (of_s[a] + of_s[b] + c * along);
+      for (Eigen::Index axis = 0; axis < d; ++axis) {
+        const T force = by_z * z[axis] + c * e * (of_g(axis, a) - of_g(axis, b));
+        gradient.q(axis, a) += force;
+        gradient.q(axis, b) -= force;
+      }
+    });
   }
 
  private:
-  template <class T>
-  struct Screen {
-    T value;            // s_a
-    VectorOf<T> slope;  // ∂s_a/∂q_a
-  };
-
-  // visit(b, q_a − q_b, exp(−|q_a − q_b|²/γ)) for the b that screen a
+  // visit(a, b, q_a − q_b, exp(−|q_a − q_b|²/γ)) for the pairs a < b that screen each other
   template <class T, class Visit>
-  void for_each_screen(const StateOf<T>& state, const VectorOf<T>& theta, int a, const Visit& visit) const {
-    using std::exp;
-    for (Eigen::Index b = 0; b < state.q.cols(); ++b) {
-      if (b == a || (!group.empty() && group[static_cast<std::size_t>(a)] == group[static_cast<std::size_t>(b)]))
-        continue;
-      const VectorOf<T> z = state.q.col(a) - state.q.col(b);
-      visit(b, z, T(exp(-z.dot(z) / theta[1])));
-    }
-  }
-
-  template <class T>
-  Screen<T> screen(const StateOf<T>& state, const VectorOf<T>& theta, int a) const {
-    Screen<T> sum{T(0), VectorOf<T>::Constant(state.q.rows(), T(0))};
-    for_each_screen(state, theta, a, [&](Eigen::Index, const VectorOf<T>& z, const T& e) {
-      sum.value += e;
-      sum.slope += (T(-2) * e / theta[1]) * z;
+  void for_each_screen(const StateOf<T>& state, const VectorOf<T>& theta, const Visit& visit) const {
+    for_each_gaussian_pair(state.q, theta[1], [&](Eigen::Index a, Eigen::Index b, const T* z, const T& e) {
+      if (group.empty() || group[static_cast<std::size_t>(a)] != group[static_cast<std::size_t>(b)]) visit(a, b, z, e);
     });
-    return sum;
   }
 };
 

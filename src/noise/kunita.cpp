@@ -1,9 +1,9 @@
-#include <array>
 #include <numbers>
 #include <type_traits>
 
 #include <fmt/core.h>
 
+#include "gaussian_pairs.hpp"
 #include "models.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/differentiated_noise.hpp"
@@ -40,7 +40,7 @@ struct Kunita : NoiseFormula {
   void add_potentials(const StateOf<T>& state, const VectorOf<T>& theta, VectorOf<T>& h) const {
     const Eigen::Index d = state.q.rows();
     h += theta[0] * state.p.reshaped();
-    for_each_pair(state.q, theta, [&](Eigen::Index a, Eigen::Index b, const T*, const T& k) {
+    for_each_gaussian_pair(state.q, T(theta[1] * theta[1]), [&](Eigen::Index a, Eigen::Index b, const T*, const T& k) {
       const T strength = theta[0] * k;
       for (Eigen::Index j = 0; j < d; ++j) {
         h[a * d + j] += strength * state.p(j, b);
@@ -66,7 +66,7 @@ struct Kunita : NoiseFormula {
     T* const by_q = gradient.q.data();
     const T* const p = state.p.data();
     for (Eigen::Index i = 0; i < w.size(); ++i) by_p[i] += theta[0] * T(w[i]);
-    for_each_pair(state.q, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
+    for_each_gaussian_pair(state.q, T(theta[1] * theta[1]), [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
       const T strength = theta[0] * k;
       for (Eigen::Index j = 0; j < d; ++j) {
         by_p[a * d + j] += strength * T(w[b * d + j]);
@@ -90,7 +90,7 @@ struct Kunita : NoiseFormula {
     const Eigen::Index d = state.q.rows();
     const T s = T(2) / (theta[1] * theta[1]);
     const T factor = T(-0.25) * theta[0] * theta[0] * s;
-    for_each_pair(state.q, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
+    for_each_gaussian_pair(state.q, T(theta[1] * theta[1]), [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
       const T part = factor * (k * k - k);
       T along(0);  // z·v
       for (Eigen::Index j = 0; j < d; ++j) along += z[j] * (state.p(j, a) - state.p(j, b));
@@ -187,33 +187,6 @@ struct Kunita : NoiseFormula {
     const MatrixOf<T> sum = sum_over_landmarks(k, x, q, Points::Ones(q.rows(), q.cols()));
     return from_mean.cwiseProduct(sum) - sum_over_landmarks(k, x, q, q.colwise() - mean);
   }
-
-  // visit(a, b, q_a − q_b, k), a < b
-  template <class T, class Visit>
-  static void for_each_pair(const MatrixOf<T>& all, const VectorOf<T>& theta, const Visit& visit) {
-    const Eigen::Index d = all.rows(), n = all.cols();
-    const T* const q = all.data();
-    const double width = value_of(theta[1]);
-    const Points places = all.unaryExpr([](const T& x) { return value_of(x); });
-    const Eigen::MatrixXd gram = kernel_of(width).gram(places, places);
-    const T c = T(-1) / (theta[1] * theta[1]);
-    std::array<T, 3> z{};
-    for (Eigen::Index b = 1; b < n; ++b)
-      for (Eigen::Index a = 0; a < b; ++a) {
-        T squared(0);
-        for (Eigen::Index j = 0; j < d; ++j) {
-          z[static_cast<std::size_t>(j)] = q[a * d + j] - q[b * d + j];
-          squared += z[static_cast<std::size_t>(j)] * z[static_cast<std::size_t>(j)];
-        }
-        visit(a, b, z.data(), with_change(gram(a, b), c * squared));
-      }
-  }
-
-  static double value_of(double x) { return x; }
-  static double value_of(const Dual& x) { return x.value; }
-  // e^x of the value that is known.
-  static double with_change(double value, double /*x*/) { return value; }
-  static Dual with_change(double value, const Dual& x) { return {value, value * x.change}; }
 };
 
 }  // namespace

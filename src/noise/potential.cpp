@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include "gaussian_pairs.hpp"
 #include "models.hpp"
 #include "pulson/noise/differentiated_noise.hpp"
 
@@ -33,33 +34,24 @@ struct Potential : NoiseFormula {
 
   template <class T>
   void add_potentials(const StateOf<T>& state, const VectorOf<T>& theta, VectorOf<T>& h) const {
-    for_each_pair(state, theta, [&](Eigen::Index, Eigen::Index, const VectorOf<T>&, const T& value, Eigen::Index pair) {
-      h[common ? 0 : pair] += value;
+    Eigen::Index pair = 0;
+    for_each_gaussian_pair(state.q, theta[1], [&](Eigen::Index, Eigen::Index, const T*, const T& e) {
+      h[common ? 0 : pair++] += theta[0] * e;
     });
   }
   template <class T>
   void add_gradient(const StateOf<T>& state, const VectorOf<T>& theta, const Eigen::VectorXd& w,
                     StateOf<T>& gradient) const {
-    for_each_pair(state, theta,
-                  [&](Eigen::Index a, Eigen::Index b, const VectorOf<T>& z, const T& value, Eigen::Index pair) {
-                    const T slope = T(-2 * w[common ? 0 : pair]) * value / theta[1];
-                    gradient.q.col(a) += slope * z;
-                    gradient.q.col(b) -= slope * z;
-                  });
-  }
-
- private:
-  // visit(a, b, q_a − q_b, h, number of the pair)
-  template <class T, class Visit>
-  static void for_each_pair(const StateOf<T>& state, const VectorOf<T>& theta, const Visit& visit) {
-    using std::exp;
+    const Eigen::Index d = state.q.rows();
+    const T c = T(-2) * theta[0] / theta[1];
     Eigen::Index pair = 0;
-    for (Eigen::Index b = 1; b < state.q.cols(); ++b) {
-      for (Eigen::Index a = 0; a < b; ++a, ++pair) {
-        const VectorOf<T> z = state.q.col(a) - state.q.col(b);
-        visit(a, b, z, T(theta[0] * exp(-z.dot(z) / theta[1])), pair);
+    for_each_gaussian_pair(state.q, theta[1], [&](Eigen::Index a, Eigen::Index b, const T* z, const T& e) {
+      const T slope = T(w[common ? 0 : pair++]) * c * e;
+      for (Eigen::Index j = 0; j < d; ++j) {
+        gradient.q(j, a) += slope * z[j];
+        gradient.q(j, b) -= slope * z[j];
       }
-    }
+    });
   }
 };
 

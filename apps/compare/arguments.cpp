@@ -87,9 +87,11 @@ void CompareArguments::add_to(CLI::App& verb) {
                 "merge landmarks at the same position in the source, and take the mean of theirs in each target");
   output.add_to(verb, "comparison.png and .svg");
   begin_group(verb, kModelGroup);
-  verb.add_option("--sigma", sigma,
-                  fmt::format("digitising error: a length, or per cent of the source's diameter; fit: fitted in each model [{}]",
-                              matching::compare_defaults().sigma.value))
+  verb.add_option(
+          "--sigma", sigma,
+          fmt::format(
+              "digitising error: a length, or per cent of the source's diameter; fit: fitted in each model [{}]",
+              matching::compare_defaults().sigma.value))
       ->type_name("LENGTH");
   only_known(verb.add_option("--align", align,
                              "transformation removed from each target: none, translation, rigid, similarity, affine; "
@@ -238,7 +240,8 @@ compare::CompareOptions CompareArguments::options_about(const Landmarks& about, 
                                        : Length::parse(start, "--sigma").in(diameter(about.points));
   if (!sigma)
     notes.push_back(
-        "sigma is fitted in each model: where you know the digitising error give it by --sigma, as noise that moves each "
+        "sigma is fitted in each model: where you know the digitising error give it by --sigma, as noise that moves "
+        "each "
         "landmark by itself looks like it");
   return asked;
 }

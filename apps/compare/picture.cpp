@@ -164,8 +164,8 @@ charts::Chart recovery_chart(const std::vector<compare::RecoveryRow>& rows, cons
     panel.series.push_back(std::move(series));
   }
   return {.title = "How often each model is chosen",
-          .subtitle = fmt::format("{} cohorts of {} shapes from each model, {}, {}", options.cohorts,
-                                  options.shapes, kernel_words(options.settings), sigma_words(options.settings)),
+          .subtitle = fmt::format("{} cohorts of {} shapes from each model, {}, {}", options.cohorts, options.shapes,
+                                  kernel_words(options.settings), sigma_words(options.settings)),
           .rows = {{panel}}};
 }
 

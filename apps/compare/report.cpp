@@ -164,12 +164,12 @@ html::HtmlReport comparison_report(const compare::Comparison& comparison, const 
   html::HtmlReport report{.title = "Which noise model best explains these shapes?",
                           .lead = as_title(verdict(comparison)) + "."};
   html::ReportSection models{"Models", {}};
-  models.blocks.emplace_back(html::ReportParagraph{
-      fmt::format("{} of {} in {}D from {}, aligned: {}. Kernel {}, {} steps, {}.",
-                  counted(comparison.cohort.targets.size(), "shape"),
-                  counted(comparison.cohort.source.count(), "landmark"), comparison.cohort.source.dimension(),
-                  comparison.cohort.source.source, alignment_name(comparison.cohort.alignment),
-                  kernel_words(comparison.settings), comparison.settings.grid.steps, sigma_words(comparison.settings))});
+  models.blocks.emplace_back(html::ReportParagraph{fmt::format(
+      "{} of {} in {}D from {}, aligned: {}. Kernel {}, {} steps, {}.",
+      counted(comparison.cohort.targets.size(), "shape"), counted(comparison.cohort.source.count(), "landmark"),
+      comparison.cohort.source.dimension(), comparison.cohort.source.source,
+      alignment_name(comparison.cohort.alignment), kernel_words(comparison.settings), comparison.settings.grid.steps,
+      sigma_words(comparison.settings))});
   models.blocks.emplace_back(evidence_table(comparison));
   for (const std::filesystem::path& picture : pictures)
     models.blocks.emplace_back(html::ReportPicture{picture, fmt::format("Saved as {}.", picture.filename().string())});
@@ -190,11 +190,10 @@ html::HtmlReport recovery_report(const std::vector<compare::RecoveryRow>& rows,
       .lead =
           fmt::format("{} cohorts of {} shapes were drawn from each model, and all models were fitted to each cohort.",
                       options.cohorts, options.shapes)};
-  html::ReportTable table{
-      {"drawn from", "lambda", "noise share"},
-      {},
-      fmt::format("Number of cohorts for which each model was chosen. Kernel {}, {}, seed {}.",
-                  kernel_words(options.settings), sigma_words(options.settings), options.seed)};
+  html::ReportTable table{{"drawn from", "lambda", "noise share"},
+                          {},
+                          fmt::format("Number of cohorts for which each model was chosen. Kernel {}, {}, seed {}.",
+                                      kernel_words(options.settings), sigma_words(options.settings), options.seed)};
   for (const std::string& candidate : candidates) table.header.push_back(shortened_spec(candidate));
   table.header.emplace_back("no model could be fitted");
   for (const compare::RecoveryRow& row : rows) {

@@ -263,7 +263,7 @@ void print_defaults() {
       const matching::Default& usual = task.*column.setting;
       if (usual.value.empty()) continue;
       const std::string gap(usual.reason.empty() ? 0 : kValueWidth - usual.value.size() + 1, ' ');
-      print_text("    {:<13} {}{}\n", column.option, usual.value, gap + usual.reason);
+      print_text("    --{:<11} {}{}\n", column.name, usual.value, gap + usual.reason);
     }
   }
 }
@@ -274,7 +274,7 @@ std::string defaults_json() {
     Json row = {{"task", task.task}};
     for (const matching::DefaultColumn& column : matching::default_columns()) {
       const matching::Default& usual = task.*column.setting;
-      row[std::string(column.option.substr(2))] =
+      row[std::string(column.name)] =
           usual.value.empty() ? Json(nullptr) : Json{{"value", usual.value}, {"reason", usual.reason}};
     }
     tasks.push_back(std::move(row));

@@ -430,6 +430,9 @@ void check_options(const CLI::App& verb, const std::vector<std::string>& argumen
   for (std::size_t i = 1; i < arguments.size() && arguments[i] != "--"; ++i) {
     const std::string& word = arguments[i];
     const CLI::Option* option = named_option(word, i + 1 < arguments.size() ? arguments[i + 1] : "", verb, valid);
+    if (option != nullptr && option->get_items_expected_max() == 0 && word.find('=') != std::string::npos)
+      throw InputError(fmt::format("{} is a switch and takes no value; leave '{}' out", word.substr(0, word.find('=')),
+                                   word.substr(word.find('='))));
     const bool holds_value = word.find('=') != std::string::npos || (word.size() > 2 && word[1] != '-');
     // The value may begin with a dash: --lambda -1.
     if (option != nullptr && !holds_value) i += static_cast<std::size_t>(std::max(0, option->get_items_expected_min()));

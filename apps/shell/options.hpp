@@ -11,8 +11,8 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 
-#include "pulson/core/name_table.hpp"
 #include "matching/defaults.hpp"
+#include "pulson/core/name_table.hpp"
 #include "pulson/core/time_grid.hpp"
 #include "pulson/formats/landmark_files.hpp"
 

@@ -22,16 +22,15 @@ using posterior::LinearAt;
 using posterior::Minimum;
 using posterior::Specimen;
 
-constexpr double kUnit = 6;              // v₀ has so many times the effect of σ²: below, the evidence is linear in v
-constexpr double kTrial = 1e-3;          // amplitudes at which effects are found, of the shapes' differences: linear
+constexpr double kUnit = 6;      // v₀ has so many times the effect of σ²: below, the evidence is linear in v
+constexpr double kTrial = 1e-3;  // amplitudes at which effects are found, of the shapes' differences: linear
 constexpr double kUnobservable = 1e-12;  // fraction of the variance of a noise: what rounding leaves of none
 constexpr double kMostVariance = 16;     // x of a variance at most: 10⁷ times the effect of σ²
 constexpr double kWidthRange = 2.1;      // of the logarithm of the kernel's width: a factor of 8
 constexpr double kOtherRange = 3.4;      // of other logarithms: a factor of 30
-// Of 387 searches on the leaves those that converged did so in 15 steps.
-constexpr posterior::MinimumOptions kRoughly{.tolerance = 1e-2, .most_steps = 15};
-constexpr double kDifference = 1e-3;     // of x, for derivatives of covariances: exact to 1e-6
-
+// Of 387 searches on the leaves those that converged did so in 15 steps, and took few of less than an eighth.
+constexpr posterior::MinimumOptions kRoughly{.tolerance = 1e-2, .most_steps = 15, .most_halvings = 3};
+constexpr double kDifference = 1e-3;  // of x, for derivatives of covariances: exact to 1e-6
 
 // Root mean square of what is observed of the shapes' differences from the source, length units.
 double difference(const std::vector<Specimen>& specimens, const Specimen::Model& model, double sigma) {
@@ -173,8 +172,7 @@ void CohortModel::find_units() {
 // The amplitude of noise whose displacements the alignment removes is not determined.
 void CohortModel::check_observable(const Specimen::BranchSlopes& slopes) const {
   const Points& source = cohort_.source.points;
-  const auto amplitudes =
-      noise_.model->amplitudes(static_cast<int>(source.rows()), static_cast<int>(source.cols()));
+  const auto amplitudes = noise_.model->amplitudes(static_cast<int>(source.rows()), static_cast<int>(source.cols()));
   const Index channels = specimens_.front().channels();
   for (const NoiseAmplitude& amplitude : amplitudes) {
     if (std::find(noise_.open.begin(), noise_.open.end(), amplitude.parameter) == noise_.open.end()) continue;
@@ -245,8 +243,7 @@ Matches CohortModel::match(const VectorXd& x, const Matches* near, Effort effort
     const Minimum& before = near->minima[at(s)];
     const Specimen& specimen = specimens_[at(s)];
     return {LinearAt(*before.linear, matches.model).mean(),
-            specimen.white(matches.model, specimen.momenta(near->model, before.z),
-                           specimen.increments(0, before.z))};
+            specimen.white(matches.model, specimen.momenta(near->model, before.z), specimen.increments(0, before.z))};
   };
   const Index at_once = posterior::ShotBatch(specimens_.front(), matches.model).at_once();
   parallel_for(static_cast<int>((shapes() + at_once - 1) / at_once), [&](int group) {
@@ -348,8 +345,7 @@ CohortModel::LinearEvidence CohortModel::linear_evidence(const Matches& about, c
 VectorXd CohortModel::correlations_with_sigma(const Matches& about) const {
   const MatrixXd information = linear_evidence_with(about, about.x, true).slope.information;
   const Index n = count();
-  return information.col(n).head(n).cwiseQuotient(
-      (information.diagonal().head(n) * information(n, n)).cwiseSqrt());
+  return information.col(n).head(n).cwiseQuotient((information.diagonal().head(n) * information(n, n)).cwiseSqrt());
 }
 
 }  // namespace pulson::compare

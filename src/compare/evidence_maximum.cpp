@@ -20,10 +20,10 @@ constexpr double kMostStencil = 0.7, kLeastStencil = 1e-3;  // of x, whatever th
 // Of the metric's: the linear models' curvature is right to a factor of a few, or the number is not determined.
 constexpr double kLeastOfMetric = 0.1, kMostOfMetric = 5;
 constexpr int kMostSteps = 8, kMostHalvings = 4;
-constexpr double kLongest = 1;  // of a step of Newton's method, in each coordinate: a factor e
-constexpr int kMostOutward = 6;    // places at which an end is sought
-constexpr double kAtEnd = 0.1;     // nats: within 0.05 deviations of an end
-constexpr double kFarthest = 3;    // times the distance at which a parabola ends
+constexpr double kLongest = 1;   // of a step of Newton's method, in each coordinate: a factor e
+constexpr int kMostOutward = 6;  // places at which an end is sought
+constexpr double kAtEnd = 0.1;   // nats: within 0.05 deviations of an end
+constexpr double kFarthest = 3;  // times the distance at which a parabola ends
 
 double upper_tail(double x) { return 0.5 * std::erfc(x / std::numbers::sqrt2); }
 
@@ -41,8 +41,8 @@ VectorXd variances_by_draws(const LocalEvidence& local, const Box& box) {
   for (Index i = 0; i < local.x.size(); ++i)
     if (local.x[i] > box.least[i] && local.x[i] < box.most[i]) free.push_back(i);
   if (groups < 2 || free.empty()) return variances;
-  const MatrixXd moves = inverse_of(local.slope.information(free, free)) *
-                         local.gradients_without_group(free, Eigen::all);
+  const MatrixXd moves =
+      inverse_of(local.slope.information(free, free)) * local.gradients_without_group(free, Eigen::all);
   variances(free) = (moves.colwise() - moves.rowwise().mean()).rowwise().squaredNorm() *
                     (static_cast<double>(groups - 1) / static_cast<double>(groups));
   return variances;

@@ -8,8 +8,8 @@
 
 namespace pulson::compare {
 
-/// The log evidence of a cohort at a place x: a number, and where it was sampled what each group of the draws would make
-/// of it if it were left out, which tells the error of differences.
+/// The log evidence of a cohort at a place x: a number, and where it was sampled what each group of the draws would
+/// make of it if it were left out, which tells the error of differences.
 struct Evidence {
   double value = 0;
   Eigen::VectorXd without_group;  ///< of no size where nothing was sampled

@@ -33,14 +33,13 @@ constexpr double kLost = 5;                            // nats below the best tu
 constexpr int kMostBackoffs = 6;                       // halvings of a turn, where there is no path
 constexpr double kLevels[] = {1.5, 2.7, 0};            // x of noise at which a search begins: amplitudes of 5, 9, 0 σ
 constexpr double kHopeless = 15;  // nats of Laplace's evidence below the greatest, which samples do not make up for
-constexpr int kLarge = 32, kFew = 16;                  // shapes; a large cohort's first search is that of few of them
-constexpr int kFewestSampled = 3;  // shapes: fewer have deviations far larger than the bias of Laplace's numbers
+constexpr int kLarge = 32, kFew = 16;  // shapes; a large cohort's first search is that of few of them
+constexpr int kFewestSampled = 3;      // shapes: fewer have deviations far larger than the bias of Laplace's numbers
 constexpr int kDrawsOfCohort = 960, kFewestDraws = 16, kMostDraws = 48;  // of a shape the latter two
 constexpr double kMostDeviation = 2;  // of x: a number less determined than by a factor e² is searched as if it were
 constexpr double kTrusted = 1.5;      // deviations from their matches within which draws are as effective as there
 constexpr int kMostBases = 4, kMostImproved = 2;
-constexpr double kMayVanish = 3;      // deviations from 0 within which it is tried
-
+constexpr double kMayVanish = 3;  // deviations from 0 within which it is tried
 
 // Eigenvalues at least those of the greatest deviation.
 MatrixXd metric_of(const MatrixXd& information) {
@@ -86,9 +85,7 @@ class Search {
 
   Found rough() { return {first_matches()}; }
 
-  Found again(const VectorXd& x) {
-    return {settled(cohort_.match(x, nullptr, kThorough), cohort_.box(), kTurnsAgain)};
-  }
+  Found again(const VectorXd& x) { return {settled(cohort_.match(x, nullptr, kThorough), cohort_.box(), kTurnsAgain)}; }
 
  private:
   // Numbers and matches in turn until they no longer change. The best of them: where the kernel is too wide, matches do
@@ -153,7 +150,8 @@ class Search {
     const Index i = width - cohort_.open().begin();
     const auto at_width = [&](double x) -> std::optional<Matches> {
       try {
-        return settled(begun(cohort_.start() + x * VectorXd::Unit(cohort_.count(), i), kRough), cohort_.box(), kTurnsOfWidth);
+        return settled(begun(cohort_.start() + x * VectorXd::Unit(cohort_.count(), i), kRough), cohort_.box(),
+                       kTurnsOfWidth);
       } catch (const NumericalError&) {
         return std::nullopt;
       }
@@ -302,8 +300,8 @@ constexpr double kLeastInformation = 0.1;
 
 constexpr double kNinety = 1.645;  // deviations of a normal distribution on each side, 90 %
 
-// Variance of the end points, in units of σ², below which neither momenta nor noise show: of numbers that vanish it is 6
-// millionths each.
+// Variance of the end points, in units of σ², below which neither momenta nor noise show: of numbers that vanish it is
+// 6 millionths each.
 constexpr double kDetectable = 100 * kNegligible;
 
 // Standard deviations of numbers of this information; NaN for those that it does not identify.
@@ -341,11 +339,16 @@ std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found&
   const VectorXd x = found.x();
   const Index n = cohort.count();
   if (n == 0) return {};
-  const VectorXd errors =
-      with_intervals(deviations(cohort.linear_evidence(matches, x).slope.information), x, found.intervals);
+  // Numbers that vanish are known to: what the others determine is asked of these alone.
+  std::vector<Index> present;
+  for (Index i = 0; i < n; ++i)
+    if (!(cohort.open()[at(i)].is_variance() && x[i] < 2 * kNegligible)) present.push_back(i);
+  VectorXd errors = VectorXd::Zero(n);
+  errors(present) = deviations(cohort.linear_evidence(matches, x).slope.information(present, present));
+  errors = with_intervals(std::move(errors), x, found.intervals);
   const VectorXd correlations = cohort.correlations_with_sigma(matches);
-  const bool at_rest = cohort.open().front().kind == Kind::kLambda && x[0] < 2 * kNegligible &&
-                       cohort.noise().model->traits().linear;
+  const bool at_rest =
+      cohort.open().front().kind == Kind::kLambda && x[0] < 2 * kNegligible && cohort.noise().model->traits().linear;
   std::vector<FittedNumber> numbers;
   for (Index i = 0; i < n; ++i) {
     const ModelNumber& number = cohort.open()[at(i)];
@@ -385,7 +388,8 @@ ShapeFit shape_fit(const CohortModel& cohort, const Matches& matches, int shape)
   fit.momenta = specimen.momenta(matches.model, match.z);
   fit.increments = specimen.increments(0, match.z);
   const auto shot = specimen.shoot(matches.model, match.z);  // with the bits of the integrator
-  fit.end = shot ? shot->paths.front().final().q : Points(match.end.reshaped(problem.source.rows(), problem.source.cols()));
+  fit.end =
+      shot ? shot->paths.front().final().q : Points(match.end.reshaped(problem.source.rows(), problem.source.cols()));
   const VectorXd residual = specimen.residual(matches.model, fit.end.reshaped());
   const Index momenta = specimen.momentum_unknowns();
   fit.cost = {0.5 * match.z.head(momenta).squaredNorm(), 0.5 * match.z.tail(match.z.size() - momenta).squaredNorm(),

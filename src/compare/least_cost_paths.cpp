@@ -86,8 +86,9 @@ std::optional<LeastCostPaths> least_cost_paths(const Cohort& cohort, const Cohor
       const Points& end = found.path.end();
       const posterior::Specimen specimen(problem, motions_of(cohort, s));
       const double misfit =
-          specimen.residual(specimen.model({std::make_shared<KernelOperator>(problem.system.kernel), problem.system.noise}),
-                            end.reshaped())
+          specimen
+              .residual(specimen.model({std::make_shared<KernelOperator>(problem.system.kernel), problem.system.noise}),
+                        end.reshaped())
               .norm();
       const Landmarks& shape = cohort.targets[static_cast<std::size_t>(s)];
       const auto landmarks = static_cast<double>(shape.count() - std::ssize(incomplete_points(shape.points)));

@@ -25,8 +25,8 @@ constexpr double kNone = -std::numeric_limits<double>::infinity();
 // quite the density it is weighed with. Where up to 1 was missing the evidence of 20 ovals was 0.1 nats too great,
 // where up to 3, 0.6.
 constexpr double kAccuracy = 1e-2;
-// Of samples by which numbers are searched: nats of the cohort's evidence, and the effective fraction of each shape's. On
-// the leaves, of which a tenth was effective with an error of 0.9 nats, the maximum was that of a few draws.
+// Of samples by which numbers are searched: nats of the cohort's evidence, and the effective fraction of each shape's.
+// On the leaves, of which a tenth was effective with an error of 0.9 nats, the maximum was that of a few draws.
 constexpr double kMostError = 0.5;
 constexpr double kFewestToSearch = 0.2;
 
@@ -201,7 +201,7 @@ namespace {
 constexpr std::uint64_t kDistant = 1U << 20;  // of the streams of random numbers
 constexpr double kWider = 2;                  // than the linear posterior
 constexpr double kNegligibleWeight = -14;     // nats, beside the evidence
-constexpr double kExactRoot = 1e-3;               // as kAccuracy, where it is asked to what root the iteration leads
+constexpr double kExactRoot = 1e-3;           // as kAccuracy, where it is asked to what root the iteration leads
 constexpr double kSamePlace = 0.1;            // in white unknowns; roots that differ are farther apart
 
 // z of a draw from the linear posterior twice as wide: of (ζ, ε), z − mean = A(ζ, ε) is its deviation.
@@ -222,24 +222,23 @@ double distant_weight(const Specimen& specimen, const Specimen::Model& model, co
     // Of the path from z, wherever there is one: a search among those whose steps contract does not come to the others.
     const matching::MatchingProblem& problem = specimen.problem();
     try {
-      residual = specimen.residual(
-          model, problem.integrator
-                     ->integrate(model.system, {problem.source, specimen.momenta(model, z)}, problem.grid,
-                                 specimen.increments(0, z))
-                     .final()
-                     .q.reshaped());
+      residual = specimen.residual(model, problem.integrator
+                                              ->integrate(model.system, {problem.source, specimen.momenta(model, z)},
+                                                          problem.grid, specimen.increments(0, z))
+                                              .final()
+                                              .q.reshaped());
     } catch (const StepError&) {
       return 0;
     }
   }
   const VectorXd off = (z - linear.mean()) / kWider;
   const double of_prior = -0.5 * z.squaredNorm();
-  const double of_wide = -0.5 * (off.squaredNorm() + linear.apply(off).squaredNorm()) +
-                         linear.half_log_determinant() - static_cast<double>(z.size()) * std::log(kWider);
+  const double of_wide = -0.5 * (off.squaredNorm() + linear.apply(off).squaredNorm()) + linear.half_log_determinant() -
+                         static_cast<double>(z.size()) * std::log(kWider);
   const double larger = std::max(of_prior, of_wide);
   const double density = larger + std::log(0.5 * (std::exp(of_prior - larger) + std::exp(of_wide - larger)));
-  const double weight = -0.5 * (z.squaredNorm() + residual.squaredNorm()) - specimen.log_volume(model) - density -
-                        linear.log_evidence();
+  const double weight =
+      -0.5 * (z.squaredNorm() + residual.squaredNorm()) - specimen.log_volume(model) - density - linear.log_evidence();
   if (!(weight > kNegligibleWeight)) return 0;
   if (contracts) {  // the iteration of the draw of η ends there: it depends on ζ and ε by η = ζ − Jᵀε alone
     VectorXd normals = VectorXd::Zero(specimen.unknowns() + specimen.data());

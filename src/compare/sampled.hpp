@@ -23,8 +23,8 @@ struct ImportanceEstimate {
   bool is_enough() const { return effective_samples >= kFewEffective * samples; }
 };
 
-/// What the iterations of a shape's draws ended at, with which they begin for other numbers: v, a column each, NaN where
-/// none is known.
+/// What the iterations of a shape's draws ended at, with which they begin for other numbers: v, a column each, NaN
+/// where none is known.
 using DrawStarts = Eigen::MatrixXd;
 
 /// The evidence of one shape at x, by draws that fit their perturbed data about its match elsewhere (see

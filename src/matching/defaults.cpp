@@ -21,7 +21,7 @@ std::vector<TaskDefaults> make_table() {
   cohort.sigma = fitted_error;
   cohort.lambda = fitted_lambda;
   TaskDefaults tree = posterior;
-  tree.task = "sample --tree";
+  tree.task = "sample of a tree";
   tree.kernel.reason = "matern32:alpha=auto: no target is matched, whose likelihood would choose";
   tree.sigma = fitted_error;
   tree.align = {"none", "position and size are taken to evolve, too"};
@@ -64,10 +64,10 @@ const std::vector<TaskDefaults>& default_table() {
 
 const std::vector<DefaultColumn>& default_columns() {
   static const std::vector<DefaultColumn> columns = {
-      {"--kernel", &TaskDefaults::kernel}, {"--sigma", &TaskDefaults::sigma},
-      {"--lambda", &TaskDefaults::lambda}, {"--integrator", &TaskDefaults::integrator},
-      {"--steps", &TaskDefaults::steps},   {"--dt", &TaskDefaults::dt},
-      {"--align", &TaskDefaults::align}};
+      {"kernel", &TaskDefaults::kernel}, {"sigma", &TaskDefaults::sigma},
+      {"lambda", &TaskDefaults::lambda}, {"integrator", &TaskDefaults::integrator},
+      {"steps", &TaskDefaults::steps},   {"dt", &TaskDefaults::dt},
+      {"align", &TaskDefaults::align}};
   return columns;
 }
 

@@ -18,9 +18,9 @@ struct TaskDefaults {
   Default kernel, sigma, lambda, integrator, steps, dt, align;
 };
 
-/// A setting by its option.
+/// A setting by its name, which that of its option begins with.
 struct DefaultColumn {
-  std::string_view option;
+  std::string_view name;
   Default TaskDefaults::*setting;
 };
 

@@ -49,8 +49,7 @@ struct ChSdScreened : NoiseFormula {
       screens[b] += e;
     });
     for (int i = 0; i < on.count(static_cast<int>(state.q.cols())); ++i)
-      for (Eigen::Index axis = 0; axis < d; ++axis)
-        h[i * d + axis] += theta[0] * screens[on[i]] * state.p(axis, on[i]);
+      for (Eigen::Index axis = 0; axis < d; ++axis) h[i * d + axis] += theta[0] * screens[on[i]] * state.p(axis, on[i]);
   }
 
   template <class T>
@@ -60,8 +59,7 @@ struct ChSdScreened : NoiseFormula {
     VectorOf<T> pull = VectorOf<T>::Constant(n, T(0));  // β w_a·p_a
     VectorOf<T> screens = pull;
     for (int i = 0; i < on.count(static_cast<int>(n)); ++i)
-      for (Eigen::Index axis = 0; axis < d; ++axis)
-        pull[on[i]] += theta[0] * T(w[i * d + axis]) * state.p(axis, on[i]);
+      for (Eigen::Index axis = 0; axis < d; ++axis) pull[on[i]] += theta[0] * T(w[i * d + axis]) * state.p(axis, on[i]);
     const T c = T(-2) / theta[1];
     for_each_screen(state, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& e) {
       screens[a] += e;
@@ -83,7 +81,7 @@ struct ChSdScreened : NoiseFormula {
     const Eigen::Index d = state.q.rows(), n = state.q.cols();
     const T quarter = T(0.25) * theta[0] * theta[0];
     const T c = T(-2) / theta[1];
-    VectorOf<T> screens = VectorOf<T>::Constant(n, T(0));   // s
+    VectorOf<T> screens = VectorOf<T>::Constant(n, T(0));    // s
     MatrixOf<T> slopes = MatrixOf<T>::Constant(d, n, T(0));  // g
     for_each_screen(state, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& e) {
       screens[a] += e;
@@ -93,8 +91,8 @@ struct ChSdScreened : NoiseFormula {
         slopes(axis, b) -= c * e * z[axis];
       }
     });
-    VectorOf<T> of_s = VectorOf<T>::Constant(n, T(0));       // ∂G/∂s_a = ¼β² p_a·g_a
-    MatrixOf<T> of_g = MatrixOf<T>::Constant(d, n, T(0));     // ∂G/∂g_a = ¼β² s_a p_a
+    VectorOf<T> of_s = VectorOf<T>::Constant(n, T(0));     // ∂G/∂s_a = ¼β² p_a·g_a
+    MatrixOf<T> of_g = MatrixOf<T>::Constant(d, n, T(0));  // ∂G/∂g_a = ¼β² s_a p_a
     for (int i = 0; i < on.count(static_cast<int>(n)); ++i) {
       const int a = on[i];
       for (Eigen::Index axis = 0; axis < d; ++axis) {

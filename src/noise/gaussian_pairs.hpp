@@ -15,8 +15,8 @@ inline double value_of(const Dual& x) { return x.value; }
 inline double with_change(double value, double /*x*/) { return value; }
 inline Dual with_change(double value, const Dual& x) { return {value, value * x.change}; }
 
-/// visit(a, b, z, e) for the pairs a < b of landmarks, z = q_a − q_b, d numbers, and e = exp(−|z|²/c), in any scalar; the
-/// exponentials are those of vector code.
+/// visit(a, b, z, e) for the pairs a < b of landmarks, z = q_a − q_b, d numbers, and e = exp(−|z|²/c), in any scalar;
+/// the exponentials are those of vector code.
 template <class T, class Visit>
 void for_each_gaussian_pair(const MatrixOf<T>& q, const T& c, const Visit& visit) {
   const Eigen::Index d = q.rows(), n = q.cols();

@@ -66,21 +66,23 @@ struct Kunita : NoiseFormula {
     T* const by_q = gradient.q.data();
     const T* const p = state.p.data();
     for (Eigen::Index i = 0; i < w.size(); ++i) by_p[i] += theta[0] * T(w[i]);
-    for_each_gaussian_pair(state.q, T(theta[1] * theta[1]), [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
-      const T strength = theta[0] * k;
-      for (Eigen::Index j = 0; j < d; ++j) {
-        by_p[a * d + j] += strength * T(w[b * d + j]);
-        by_p[b * d + j] += strength * T(w[a * d + j]);
-      }
-      if (at_rest) return;
-      T both(0);
-      for (Eigen::Index j = 0; j < d; ++j) both += p[a * d + j] * T(w[b * d + j]) + p[b * d + j] * T(w[a * d + j]);
-      const T slope = c * k * both;
-      for (Eigen::Index j = 0; j < d; ++j) {
-        by_q[a * d + j] += slope * z[j];
-        by_q[b * d + j] -= slope * z[j];
-      }
-    });
+    for_each_gaussian_pair(state.q, T(theta[1] * theta[1]),
+                           [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
+                             const T strength = theta[0] * k;
+                             for (Eigen::Index j = 0; j < d; ++j) {
+                               by_p[a * d + j] += strength * T(w[b * d + j]);
+                               by_p[b * d + j] += strength * T(w[a * d + j]);
+                             }
+                             if (at_rest) return;
+                             T both(0);
+                             for (Eigen::Index j = 0; j < d; ++j)
+                               both += p[a * d + j] * T(w[b * d + j]) + p[b * d + j] * T(w[a * d + j]);
+                             const T slope = c * k * both;
+                             for (Eigen::Index j = 0; j < d; ++j) {
+                               by_q[a * d + j] += slope * z[j];
+                               by_q[b * d + j] -= slope * z[j];
+                             }
+                           });
   }
 
   // G = ¼β² Σ_ab p_a·∇k(z) (k(z) − 1), z = q_a − q_b: with s = 2/width², G_p,a = −¼β²s Σ_b (k² − k) z, and G_q,a is
@@ -90,19 +92,20 @@ struct Kunita : NoiseFormula {
     const Eigen::Index d = state.q.rows();
     const T s = T(2) / (theta[1] * theta[1]);
     const T factor = T(-0.25) * theta[0] * theta[0] * s;
-    for_each_gaussian_pair(state.q, T(theta[1] * theta[1]), [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
-      const T part = factor * (k * k - k);
-      T along(0);  // z·v
-      for (Eigen::Index j = 0; j < d; ++j) along += z[j] * (state.p(j, a) - state.p(j, b));
-      const T across = factor * s * (T(2) * k - T(1)) * k * along;
-      for (Eigen::Index j = 0; j < d; ++j) {
-        const T by_q = part * (state.p(j, a) - state.p(j, b)) - across * z[j];
-        gradient.p(j, a) += part * z[j];
-        gradient.p(j, b) -= part * z[j];
-        gradient.q(j, a) += by_q;
-        gradient.q(j, b) -= by_q;
-      }
-    });
+    for_each_gaussian_pair(state.q, T(theta[1] * theta[1]),
+                           [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
+                             const T part = factor * (k * k - k);
+                             T along(0);  // z·v
+                             for (Eigen::Index j = 0; j < d; ++j) along += z[j] * (state.p(j, a) - state.p(j, b));
+                             const T across = factor * s * (T(2) * k - T(1)) * k * along;
+                             for (Eigen::Index j = 0; j < d; ++j) {
+                               const T by_q = part * (state.p(j, a) - state.p(j, b)) - across * z[j];
+                               gradient.p(j, a) += part * z[j];
+                               gradient.p(j, b) -= part * z[j];
+                               gradient.q(j, a) += by_q;
+                               gradient.q(j, b) -= by_q;
+                             }
+                           });
   }
 
   // β Σ_b k(x − q_b) w_b: the fields are known everywhere.

@@ -21,7 +21,7 @@ namespace {
 constexpr int kMostChords = 40, kMostNewton = 20;
 constexpr double kLeastPart = 1.0 / 64;
 constexpr std::size_t kDrawWindow = 3;  // secants: as many as the bends of a path have directions that matter
-constexpr double kFarther = 1e3;    // than before: chord iterations that lead away do not come back
+constexpr double kFarther = 1e3;        // than before: chord iterations that lead away do not come back
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The search for all draws.

@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 
-
 namespace pulson::posterior {
 
 HWY_EXPORT(ShootLanes);
@@ -56,7 +55,9 @@ bool LaneShots::knows(const Specimen& specimen, const Specimen::Model& model) {
 }
 
 LaneShots::LaneShots(const Specimen& specimen, const Specimen::Model& model, const LinearAt* chord)
-    : specimen_(specimen), model_(model), rows_(MatrixXd::Identity(specimen.problem().source.size(), specimen.problem().source.size())) {
+    : specimen_(specimen),
+      model_(model),
+      rows_(MatrixXd::Identity(specimen.problem().source.size(), specimen.problem().source.size())) {
   const matching::MatchingProblem& problem = specimen.problem();
   const Points& source = problem.source;
   const Index size = source.size();

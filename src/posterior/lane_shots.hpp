@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "noise/bump_fields.hpp"
 #include "linear_model.hpp"
+#include "noise/bump_fields.hpp"
 
 namespace pulson::posterior {
 

@@ -54,7 +54,8 @@ LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model,
   const matching::MatchingProblem& problem = specimen.problem();
   const Index d = problem.source.rows(), n = problem.source.cols(), channels = specimen.channels();
   branches_ = std::move(slopes.branches);
-  const MatrixXd momenta = slopes.momenta.size() > 0 ? MatrixXd(branches_.front().by_end * slopes.momenta) : MatrixXd(specimen.data(), 0);
+  const MatrixXd momenta =
+      slopes.momenta.size() > 0 ? MatrixXd(branches_.front().by_end * slopes.momenta) : MatrixXd(specimen.data(), 0);
   by_velocity_.resize(momenta.rows(), momenta.cols());
   for (Index axis = 0; axis < d && by_velocity_.cols() > 0; ++axis) {
     MatrixXd rows = axis_columns(momenta, axis, d).transpose();
@@ -194,8 +195,7 @@ MatrixXd LinearAt::product(const Specimen::Slopes& slopes, const Specimen::Model
   const Specimen& specimen = *linear_->specimen_;
   MatrixXd product = MatrixXd::Zero(specimen.data(), specimen.data());
   if (slopes.momenta.size() > 0)
-    product.noalias() +=
-        slopes.branches.front().by_end * (slopes.momenta * momentum_changes(model));
+    product.noalias() += slopes.branches.front().by_end * (slopes.momenta * momentum_changes(model));
   const Index channels = scale_channels_.size();
   const bool alike = channels > 0 && (scale_channels_.array() == scale_channels_[0]).all();
   for (std::size_t b = 0; channels > 0 && b < slopes.branches.size(); ++b) {

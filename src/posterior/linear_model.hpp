@@ -33,7 +33,7 @@ class LinearModel {
  private:
   friend class LinearAt;
   Eigen::VectorXd group_ratios(const NoiseModel& noise) const;  ///< of each group, ρ²
-  Eigen::VectorXd strengths(const NoiseModel& noise) const;  ///< of each channel
+  Eigen::VectorXd strengths(const NoiseModel& noise) const;     ///< of each channel
 
   const Specimen* specimen_;
   Eigen::MatrixXd by_velocity_;                   ///< G_v, n×dN; of a tree n×0

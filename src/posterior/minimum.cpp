@@ -14,8 +14,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr int kMostHalvings = 12;   // a step of 1/4096 that does not gain is one along which the cost rises
-constexpr double kFall = 1e-4;      // Armijo's constant, of what a step should gain
+constexpr double kFall = 1e-4;             // Armijo's constant, of what a step should gain
 constexpr std::size_t kMinimumWindow = 3;  // of the secants of Gauss–Newton steps
 
 // The search of one specimen.
@@ -33,7 +32,8 @@ struct MinimumSearch {
 
 class MinimumSearches {
  public:
-  MinimumSearches(const std::vector<const Specimen*>& specimens, const Specimen::Model& model, const MinimumOptions& options)
+  MinimumSearches(const std::vector<const Specimen*>& specimens, const Specimen::Model& model,
+                  const MinimumOptions& options)
       : model_(model), options_(options), shots_(*specimens.front(), model), all_(specimens.size()) {
     for (std::size_t s = 0; s < specimens.size(); ++s) all_[s].specimen = specimens[s];
   }
@@ -51,7 +51,8 @@ class MinimumSearches {
 
  private:
   // Takes z where it has a path of a cost below a limit. @return of each whether it was taken
-  std::vector<char> take(const std::vector<MinimumSearch*>& which, const MatrixXd& z, const std::vector<double>& below) {
+  std::vector<char> take(const std::vector<MinimumSearch*>& which, const MatrixXd& z,
+                         const std::vector<double>& below) {
     const ShotBatch::Ends ends = shots_.ends(z);
     std::vector<char> taken(which.size());
     for (std::size_t i = 0; i < which.size(); ++i) {
@@ -128,7 +129,7 @@ class MinimumSearches {
 
   // @return whether any has come to a lower cost
   bool advance() {
-    for (int halving = 0; halving <= kMostHalvings; ++halving) {
+    for (int halving = 0; halving <= options_.most_halvings; ++halving) {
       std::vector<MinimumSearch*> tries;
       std::vector<double> below;
       MatrixXd z(shots_.specimen().unknowns(), std::ssize(all_));

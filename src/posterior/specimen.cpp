@@ -54,8 +54,8 @@ Specimen::Specimen(matching::MatchingProblem problem, const MatrixXd& motions) :
   if (motions.cols() == 0) return;
   const MatrixXd moved = projection_ * motions;
   if (count_ <= moved.cols())
-    throw InputError(fmt::format(
-        "its {} observed coordinates are too few, as the alignment accounts for all of them", count_));
+    throw InputError(
+        fmt::format("its {} observed coordinates are too few, as the alignment accounts for all of them", count_));
   const Eigen::HouseholderQR<MatrixXd> factors(moved);
   MatrixXd basis = MatrixXd::Identity(count_, count_);
   basis.applyOnTheLeft(factors.householderQ());

@@ -2,7 +2,6 @@
 
 #include <memory>
 #include <optional>
-
 #include <vector>
 
 #include <Eigen/Core>

@@ -240,8 +240,8 @@ TEST(Evidence, CountsPartsFarFromTheMatch) {
   EXPECT_LE(std::sqrt(shape.variance), 0.05);
   EXPECT_GT(shape.distant, 0.05);
   EXPECT_NEAR(shape.log_evidence, truth.log_evidence, 3 * std::hypot(std::sqrt(shape.variance), truth.error))
-      << "Laplace " << shape.laplace << ", distant " << shape.distant << ", lost " << shape.lost_samples << ", effective "
-      << shape.effective_samples;
+      << "Laplace " << shape.laplace << ", distant " << shape.distant << ", lost " << shape.lost_samples
+      << ", effective " << shape.effective_samples;
 }
 
 // Displacements of 0.15 of each landmark by itself.

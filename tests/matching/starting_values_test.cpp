@@ -92,7 +92,7 @@ TEST(Defaults, GiveAReasonWhereATaskDiffers) {
     for (const DefaultColumn& column : default_columns()) {
       const Default &usual = register_defaults().*column.setting, &here = task.*column.setting;
       EXPECT_TRUE(here.value == usual.value || here.value.empty() || !here.reason.empty())
-          << task.task << ' ' << column.option;
+          << task.task << ' ' << column.name;
     }
 }
 

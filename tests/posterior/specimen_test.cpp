@@ -48,7 +48,8 @@ matching::MatchingProblem problem_of(const std::string& noise, const std::string
 
 class OfModels : public testing::TestWithParam<std::tuple<std::string, std::string>> {
  protected:
-  OfModels() : specimen(problem_of(std::get<0>(GetParam()), std::get<1>(GetParam()))), model(specimen.model(numbers())) {
+  OfModels()
+      : specimen(problem_of(std::get<0>(GetParam()), std::get<1>(GetParam()))), model(specimen.model(numbers())) {
     Random random(7);
     z = 0.4 * random(specimen.unknowns(), 1);
   }
@@ -66,21 +67,21 @@ class OfModels : public testing::TestWithParam<std::tuple<std::string, std::stri
   Specimen::Model model;
   VectorXd z;
 };
-INSTANTIATE_TEST_SUITE_P(
-    All, OfModels,
-    testing::Combine(testing::Values("none", "ch-sd:beta=0.05", "ch-sd-screened:beta=0.05,gamma=1",
-                                     "p-sd:fields=grid,count=2,beta=0.1", "trouve-vialard:sigma=0.3",
-                                     "kunita:beta=0.05,width=0.5", "potential:beta=0.05,gamma=1"),
-                     testing::Values("variational-2", "heun")),
-    [](const auto& row) { return "Case" + std::to_string(row.index); });
+INSTANTIATE_TEST_SUITE_P(All, OfModels,
+                         testing::Combine(testing::Values("none", "ch-sd:beta=0.05", "ch-sd-screened:beta=0.05,gamma=1",
+                                                          "p-sd:fields=grid,count=2,beta=0.1",
+                                                          "trouve-vialard:sigma=0.3", "kunita:beta=0.05,width=0.5",
+                                                          "potential:beta=0.05,gamma=1"),
+                                          testing::Values("variational-2", "heun")),
+                         [](const auto& row) { return "Case" + std::to_string(row.index); });
 
 TEST_P(OfModels, WhiteUndoesMomentaAndIncrements) {
   const VectorXd back = specimen.white(model, specimen.momenta(model, z), specimen.increments(0, z));
   EXPECT_LE((back - z).norm(), 1e-10 * z.norm());
   // |z0|² is λ p0ᵀ(K + ε)p0, ε a thousandth of what moves a landmark by σ.
   const Points p = specimen.momenta(model, z);
-  const double energy = 5 * (p.transpose() * model.system.kernel.apply(specimen.problem().source,
-                                                                       specimen.problem().source, p)).trace();
+  const double energy =
+      5 * (p.transpose() * model.system.kernel.apply(specimen.problem().source, specimen.problem().source, p)).trace();
   EXPECT_NEAR(z.head(8).squaredNorm(), energy, 1e-2 * energy);
 }
 
@@ -135,8 +136,7 @@ TEST_P(OfModels, LinearModelsAreRescaledExactly) {
   const LinearModel linear(specimen, model, *shot, z);
   const double amplitude = 1.7;
   const Specimen::Model other = specimen.model(numbers(2.3, 0.6, amplitude));
-  const VectorXd same_path =
-      specimen.white(other, specimen.momenta(model, z), specimen.increments(0, z) / amplitude);
+  const VectorXd same_path = specimen.white(other, specimen.momenta(model, z), specimen.increments(0, z) / amplitude);
   const auto again = specimen.shoot(other, same_path);
   ASSERT_TRUE(again);
   const LinearModel linear_anew(specimen, other, *again, same_path);
@@ -173,15 +173,16 @@ TEST(SpecimenWithMotions, LeavesThoseOut) {
   ASSERT_EQ(motions.cols(), 3);
   const Specimen specimen(problem, motions);
   EXPECT_EQ(specimen.data(), 5);
-  const Specimen::Model model =
-      specimen.model({std::make_shared<KernelOperator>(problem.system.kernel), problem.system.noise, problem.lambda, 1});
+  const Specimen::Model model = specimen.model(
+      {std::make_shared<KernelOperator>(problem.system.kernel), problem.system.noise, problem.lambda, 1});
   const VectorXd end = problem.source.reshaped();
   const VectorXd moved = end + motions * VectorXd{{0.3, -0.2, 0.1}};
   EXPECT_LE((specimen.residual(model, end) - specimen.residual(model, moved)).norm(), 1e-12);
   EXPECT_NEAR(specimen.log_volume(model), 5 * std::log(std::sqrt(2 * M_PI) * kSigma), 1e-9);
   EXPECT_LE((specimen.projection() * motions).norm(), 1e-12);
-  EXPECT_LE((specimen.projection() * specimen.projection().transpose() * kSigma * kSigma - MatrixXd::Identity(5, 5)).norm(),
-            1e-12);
+  EXPECT_LE(
+      (specimen.projection() * specimen.projection().transpose() * kSigma * kSigma - MatrixXd::Identity(5, 5)).norm(),
+      1e-12);
 }
 
 }  // namespace

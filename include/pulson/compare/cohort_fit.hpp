@@ -34,7 +34,7 @@ struct CohortSettings {
   std::string integrator = "variational-2";
   Length sigma =
       Length::percent(1);  ///< standard deviation of an observed coordinate, or per cent of the source's diameter
-  bool fit_sigma = false;          ///< whether σ is fitted too, from there
+  bool fit_sigma = false;  ///< whether σ is fitted too, from there
   std::optional<double> lambda{};  ///< weight of the energy, 1/variance of the momenta; none: fitted
   int importance_samples = 50;     ///< for each shape at most, with which the evidence is corrected; 0: Laplace's
   double sampling_error = 0.1;     ///< standard error of the cohort's log evidence at which fewer will do

@@ -35,8 +35,8 @@ using posterior::Branch;
 struct PosteriorProblem {
   std::vector<matching::MatchingProblem> specimens;  ///< at the medians; the data are least squares
   std::vector<Landmarks> sources, targets;           ///< aligned, of the same landmarks
-  /// Of each specimen, what an alignment took out of its data: orthonormal columns in the coordinates observed, dN×k, of
-  /// flat prior. Empty: nothing is.
+  /// Of each specimen, what an alignment took out of its data: orthonormal columns in the coordinates observed, dN×k,
+  /// of flat prior. Empty: nothing is.
   std::vector<Eigen::MatrixXd> motions;
   /// Of the one specimen, whose source is at the root, without momenta there: parents before their children, those of
   /// one branch one after the other. Empty: each specimen is one path from source to target.

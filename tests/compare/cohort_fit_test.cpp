@@ -271,8 +271,7 @@ TEST(FitCohort, OfLandmarksThatAreDenseBesideTheKernel) {
   }
 }
 
-// Two cohorts without noise. What a chart says of so little noise is within its errors, and places far off its centre
-// may be less likely: in the first steps to another centre led far away, in the second β seemed to be two σ.
+// Two cohorts without noise, in which an earlier search found some: in the second β seemed to be two σ.
 TEST(FitCohort, NoiseVanishesWhereTheSamplesEvidenceIsGreaterWithoutIt) {
   CohortSettings settings = cohort_settings();
   settings.importance_samples = 16;

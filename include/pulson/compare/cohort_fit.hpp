@@ -116,17 +116,18 @@ struct CohortFit {
 ///
 /// observed but for the motions that the alignment took out (motion_directions()), whose amplitudes have a flat prior.
 /// Required parameters that the specification of the noise leaves out, such as `beta` of `ch-sd`, are fitted, and so is
-/// λ unless it is given, to maximise the sum of the shapes' log-evidences by Laplace's approximation. For one shape,
+/// λ unless it is given, to maximise the sum of the shapes' log evidences. In Laplace's approximation, for one shape
 /// with the match z* in whitened unknowns, r its residual over σ and J the derivative of q(T) over σ, both in the n
 /// coordinates observed,
 ///
 ///     t = r + Jz*,  C = I + JJᵀ,   log p(y) ≈ −½ tᵀC⁻¹t − ½ log det C − n log(√(2π) σ),
 ///
-/// which is the evidence of the model linear about z*, and equal to log_evidence() where z* is the minimum of all
-/// unknowns. In terms of variances v_g of momenta and channels C = I + Σ_g v_g M_g, so that for matches held fixed the
-/// v_g of greatest evidence are found by Fisher scoring at no further path; matches and v_g are updated in
-/// turn until they converge (M. Lindstrom and D. Bates 1990). Parameters other than amplitudes (`gamma`) are fitted by
-/// an outer search.
+/// which is the evidence of the model linear about z*. J is rescaled exactly in λ, σ and amplitudes, so that for
+/// matches held fixed their values of greatest evidence are found at no further path; matches and numbers are updated
+/// in turn until they converge (M. Lindstrom and D. Bates 1990). From there, and from some levels of noise, Newton's
+/// method maximises the evidence itself: that of draws which fit perturbed data, with the same random numbers at any
+/// place (J. Bardsley et al. 2014), or Laplace's where fewer than three shapes are given or too few draws are
+/// effective.
 /// @param noise a specification without the parameters to be fitted, or a model, whose parameters are all kept; "none"
 /// is the geodesic
 /// @throws InputError where an option is wrong or a parameter to be fitted has no initial value

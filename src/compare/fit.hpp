@@ -1,10 +1,6 @@
 #pragma once
 
-#include <optional>
-#include <vector>
-
 #include "cohort_model.hpp"
-#include "evidence_maximum.hpp"
 
 namespace pulson::compare {
 

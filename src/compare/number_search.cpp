@@ -1,0 +1,288 @@
+#include "number_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include <Eigen/Eigenvalues>
+
+#include "pulson/core/errors.hpp"
+#include "sampled.hpp"
+
+namespace pulson::compare {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Kind = ModelNumber::Kind;
+using enum CohortModel::Effort;
+
+constexpr double kLeastGain = 0.01;  // nats that a further turn would still gain by the linear models
+constexpr int kMostTurns = 30, kTurnsOfWidth = 5, kTurnsAgain = 2;
+constexpr double kVarianceStep = 3, kWidthStep = 0.7;  // of x in a turn: linear models hold a factor 20, or 2, away
+constexpr double kLost = 5;                            // nats below the best turn: others do not come back
+constexpr int kMostBackoffs = 6;                       // halvings of a turn, where there is no path
+constexpr double kLevels[] = {1.5, 2.7, 0};            // x of noise at which a search begins: amplitudes of 5, 9, 0 σ
+constexpr double kHopeless = 15;  // nats of Laplace's evidence below the greatest, which samples do not make up for
+constexpr int kLarge = 32, kFew = 16;  // shapes; a large cohort's first search is that of few of them
+constexpr int kFewestSampled = 3;      // shapes: fewer have deviations far larger than the bias of Laplace's numbers
+constexpr int kDrawsOfCohort = 960, kFewestDraws = 16, kMostDraws = 48;  // of a shape the latter two
+constexpr double kMostDeviation = 2;  // of x: a number less determined than by a factor e² is searched as if it were
+constexpr double kTrusted = 1.5;      // deviations from their matches within which draws are as effective as there
+constexpr int kMostBases = 4, kMostImproved = 2;
+constexpr double kMayVanish = 3;  // deviations from 0 within which it is tried
+
+// Eigenvalues at least those of the greatest deviation.
+MatrixXd metric_of(const MatrixXd& information) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(information);
+  return axes.eigenvectors() * axes.eigenvalues().cwiseMax(std::pow(kMostDeviation, -2)).asDiagonal() *
+         axes.eigenvectors().transpose();
+}
+
+double distance(const MatrixXd& metric, const VectorXd& x) { return std::sqrt(x.dot(metric * x)); }
+
+class Search {
+ public:
+  explicit Search(const CohortModel& cohort) : cohort_(cohort) {}
+
+  Found maximum() {
+    Found found{first_matches()};
+    if (cohort_.count() == 0) {
+      cohort_.improve(found.about);
+      found.converged = found.about.all_converged();
+      return found;
+    }
+    found = climbed(best_candidate(candidates(found.about)));
+    for (int count = 0; count < kMostImproved && cohort_.improve(found.about); ++count)
+      found = climbed({settled(found.about, cohort_.box(), kTurnsAgain)});
+    if (found.maximum) {
+      std::vector<char> near_bound;
+      for (const ModelNumber& number : cohort_.open()) near_bound.push_back(number.is_variance() ? 1 : 0);
+      found.intervals = find_intervals(evidence(found), found.maximum->local, cohort_.box(), near_bound);
+    }
+    return found;
+  }
+
+  Found rough() { return {first_matches()}; }
+
+  Found again(const VectorXd& x) { return {settled(cohort_.match(x, nullptr, kThorough), cohort_.box(), kTurnsAgain)}; }
+
+ private:
+  // Numbers and matches in turn until they no longer change. The best of them: where the kernel is too wide, matches do
+  // not converge and turns may lead away.
+  Matches settled(Matches now, const Box& box, int turns) const {
+    Matches best = now;
+    for (int turn = 0; turn < turns && cohort_.count() > 0; ++turn) {
+      Box near = box;
+      for (Index i = 0; i < cohort_.count(); ++i) {
+        const ModelNumber& number = cohort_.open()[at(i)];
+        double reach = number.is_variance() ? kVarianceStep : kWidthStep;
+        if (number.kind == Kind::kOther) reach = 0;  // linear models do not have them
+        near.least[i] = std::max(near.least[i], now.x[i] - reach);
+        near.most[i] = std::max(near.least[i], std::min(near.most[i], now.x[i] + reach));
+      }
+      const BoxMaximum to = maximise_in_box([&](const VectorXd& x) { return cohort_.linear_value(now, x); },
+                                            [&](const VectorXd& x) { return cohort_.linear_evidence(now, x).slope; },
+                                            near, now.x, {.tolerance = kLeastGain / 4, .longest_step = kVarianceStep});
+      if (to.value - now.log_evidence < kLeastGain) break;
+      std::optional<Matches> next;
+      double part = 1;
+      for (int count = 0; count < kMostBackoffs && !next; ++count, part /= 2) try {
+          next = cohort_.match(now.x + part * (to.x - now.x), &now, kRough);
+        } catch (const NumericalError&) {
+          // too few time steps for that
+        }
+      if (!next) break;
+      now = std::move(*next);
+      if (now.log_evidence > best.log_evidence)
+        best = now;
+      else if (now.log_evidence < best.log_evidence - kLost)
+        break;
+    }
+    return best;
+  }
+
+  // At the start, amplitudes halved until there are paths.
+  Matches begun(VectorXd x, CohortModel::Effort effort) const {
+    for (int count = 0;; ++count) try {
+        return cohort_.match(x, nullptr, effort);
+      } catch (const NumericalError&) {
+        if (count == 2 * kMostBackoffs || cohort_.count() == 0) throw;
+        for (Index i = 0; i < x.size(); ++i)
+          if (cohort_.open()[at(i)].is_variance()) x[i] /= 2;
+      }
+  }
+
+  // Where the kernel is much too wide, matches do not converge and no slope leads to a better width, so that the best
+  // of those a factor of 2 apart is taken.
+  Matches first_matches() {
+    if (cohort_.shapes() >= kLarge && cohort_.count() > 0) {
+      const CohortModel few(few_of(cohort_.cohort()), cohort_.noise(), cohort_.settings());
+      Search of_few(few);
+      const VectorXd x = of_few.best_candidate(of_few.candidates(of_few.first_matches())).x();
+      std::vector<double> values;
+      for (Index i = 0; i < x.size(); ++i) values.push_back(few.open()[at(i)].value(x[i]));
+      return settled(begun(cohort_.place(values), kThorough), cohort_.box(), kTurnsOfWidth);
+    }
+    const auto width = std::find_if(cohort_.open().begin(), cohort_.open().end(),
+                                    [](const ModelNumber& number) { return number.kind == Kind::kWidth; });
+    if (width == cohort_.open().end()) return settled(begun(cohort_.start(), kThorough), cohort_.box(), kMostTurns);
+    const Index i = width - cohort_.open().begin();
+    const auto at_width = [&](double x) -> std::optional<Matches> {
+      try {
+        return settled(begun(cohort_.start() + x * VectorXd::Unit(cohort_.count(), i), kRough), cohort_.box(),
+                       kTurnsOfWidth);
+      } catch (const NumericalError&) {
+        return std::nullopt;
+      }
+    };
+    std::optional<Matches> best = at_width(0);
+    for (const double factor : {-std::log(2.0), std::log(2.0)})
+      for (double x = factor; x > cohort_.box().least[i] && x < cohort_.box().most[i]; x += factor) {
+        std::optional<Matches> next = at_width(x);
+        if (best && (!next || !(next->log_evidence > best->log_evidence))) break;
+        if (next) best = std::move(next);
+      }
+    if (!best) return settled(begun(cohort_.start(), kThorough), cohort_.box(), kMostTurns);
+    Matches exact = cohort_.match(best->x, &*best, kThorough);
+    return settled(std::move(exact), cohort_.box(), kMostTurns);
+  }
+
+  static Cohort few_of(const Cohort& cohort) {
+    Cohort few{cohort.source, {}, cohort.alignment};
+    for (int i = 0; i < kFew; ++i) few.targets.push_back(cohort.targets[at(i * std::ssize(cohort.targets) / kFew)]);
+    return few;
+  }
+
+  // Also at some levels of noise: Laplace's evidence falls with the noise where that of the samples does not, and has
+  // several maxima where noise bends the paths.
+  std::vector<Matches> candidates(const Matches& first) const {
+    std::vector<Matches> all{first};
+    std::vector<Index> amplitudes;
+    for (Index i = 0; i < cohort_.count(); ++i)
+      if (cohort_.open()[at(i)].kind == Kind::kAmplitude) amplitudes.push_back(i);
+    if (amplitudes.empty()) return all;
+    for (const double level : kLevels) try {
+        Box held = cohort_.box();
+        held.least(amplitudes) = held.most(amplitudes) = held.least(amplitudes).cwiseMax(level);
+        Matches there = settled(cohort_.match(held.clipped(first.x), &first), held, kTurnsOfWidth);
+        if (there.log_evidence > all.front().log_evidence - kHopeless) all.push_back(std::move(there));
+      } catch (const NumericalError&) {
+        // no path with so much noise
+      }
+    return all;
+  }
+
+  int draws() const { return std::clamp(kDrawsOfCohort / cohort_.shapes(), kFewestDraws, kMostDraws); }
+
+  std::optional<Evidence> sampled_at(const VectorXd& x, const Matches& chords, std::vector<Eigen::MatrixXd>& starts) {
+    try {
+      const SampledCohort sampled = sample_cohort(cohort_, x, chords, draws(), starts);
+      if (!sampled.enough) return std::nullopt;
+      Evidence evidence{sampled.log_evidence, VectorXd(kDrawGroups)};
+      for (int g = 0; g < kDrawGroups; ++g) evidence.without_group[g] = sum_of_log_means(sampled.log_sets, g);
+      return evidence;
+    } catch (const Error&) {
+      return std::nullopt;
+    }
+  }
+
+  // By the samples, or by Laplace's approximation where they do not tell it.
+  Found best_candidate(const std::vector<Matches>& candidates) {
+    const auto less = [](const Matches& a, const Matches& b) { return a.log_evidence < b.log_evidence; };
+    const Matches* best = &*std::max_element(candidates.begin(), candidates.end(), less);
+    bool sampled = false;
+    if (cohort_.settings().importance_samples > 0 && cohort_.shapes() >= kFewestSampled) {
+      double greatest = -std::numeric_limits<double>::infinity();
+      for (const Matches& candidate : candidates) {
+        std::vector<Eigen::MatrixXd> starts;
+        const std::optional<Evidence> evidence = sampled_at(candidate.x, candidate, starts);
+        if (!evidence || !(evidence->value > greatest)) continue;
+        greatest = evidence->value;
+        best = &candidate;
+        sampled = true;
+      }
+    }
+    return {*best, {}, sampled};
+  }
+
+  EvidenceAt evidence(const Found& found) {
+    if (found.sampled) {
+      const auto starts = std::make_shared<std::vector<Eigen::MatrixXd>>();
+      const auto chords = std::make_shared<Matches>(found.about);
+      return [this, starts, chords](const VectorXd& x) { return sampled_at(x, *chords, *starts); };
+    }
+    const auto near = std::make_shared<Matches>(found.about);
+    return [this, near](const VectorXd& x) -> std::optional<Evidence> {
+      try {
+        const Matches there = cohort_.match(x, near.get());
+        if (!there.all_converged() && near->all_converged()) return std::nullopt;
+        return Evidence{there.log_evidence, {}};
+      } catch (const Error&) {
+        return std::nullopt;
+      }
+    };
+  }
+
+  Found climbed(Found found) {
+    for (int base = 0; base < kMostBases; ++base) {
+      const MatrixXd metric = metric_of(cohort_.linear_evidence(found.about, found.about.x).slope.information);
+      const EvidenceAt evidence = this->evidence(found);
+      std::optional<EvidenceMaximum> best = maximise_evidence(evidence, found.about.x, metric, cohort_.box());
+      if (!best) break;
+      vanish_if_likelier(evidence, metric, *best);
+      const double far = distance(metric, best->local.x - found.about.x);
+      found.maximum = std::move(best);
+      found.converged = found.maximum->converged;
+      if (far < kTrusted) break;
+      try {
+        found.about = cohort_.match(found.maximum->local.x, &found.about);
+      } catch (const NumericalError&) {
+        break;
+      }
+    }
+    found.converged = (found.converged || all_vanish(found.x())) && found.about.all_converged();
+    return found;
+  }
+
+  // Where a number is near 0 the evidence without it is found itself.
+  void vanish_if_likelier(const EvidenceAt& evidence, const MatrixXd& metric, EvidenceMaximum& best) const {
+    const Box& box = cohort_.box();
+    for (Index g = 0; g < cohort_.count(); ++g) {
+      const VectorXd& x = best.local.x;
+      if (!cohort_.open()[at(g)].is_variance() || x[g] <= box.least[g]) continue;
+      const MatrixXd covariance = best.local.slope.information.inverse();
+      if (x[g] - box.least[g] > kMayVanish * std::sqrt(covariance(g, g))) continue;
+      Box held = box;
+      held.least[g] = held.most[g] = box.least[g];
+      const VectorXd without = held.clipped(x + covariance.col(g) * ((box.least[g] - x[g]) / covariance(g, g)));
+      std::optional<EvidenceMaximum> there = maximise_evidence(evidence, without, metric, held);
+      if (there && there->local.here.value >= best.local.here.value) best = std::move(*there);
+    }
+  }
+
+  // Neither momenta nor noise: the other numbers are of no effect.
+  bool all_vanish(const VectorXd& x) const {
+    bool any = false;
+    for (Index g = 0; g < cohort_.count(); ++g) {
+      if (!cohort_.open()[at(g)].is_variance()) continue;
+      any = true;
+      if (x[g] > 2 * kNegligible) return false;
+    }
+    return any;
+  }
+
+  const CohortModel& cohort_;
+};
+
+}  // namespace
+
+Found find_numbers(const CohortModel& cohort) { return Search(cohort).maximum(); }
+
+Found find_numbers_roughly(const CohortModel& cohort) { return Search(cohort).rough(); }
+
+Found find_numbers_near(const CohortModel& cohort, const VectorXd& x) { return Search(cohort).again(x); }
+
+}  // namespace pulson::compare

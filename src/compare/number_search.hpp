@@ -1,0 +1,32 @@
+#pragma once
+
+#include <optional>
+
+#include "cohort_model.hpp"
+#include "evidence_maximum.hpp"
+
+namespace pulson::compare {
+
+/// The numbers of a model that were found, and the matches about which they were.
+struct Found {
+  Matches about;
+  std::optional<EvidenceMaximum> maximum{};  ///< of the evidence itself; none: of that of the linear models
+  bool sampled = false;                      ///< whether that is by draws, or Laplace's approximation
+  bool converged = false;
+  Intervals intervals{};
+
+  Eigen::VectorXd x() const { return maximum ? maximum->local.x : about.x; }
+};
+
+/// The numbers of greatest evidence and their intervals: first those that the models linear about the matches have, by
+/// turns of matches and numbers (M. Lindstrom and D. Bates 1990), from a few widths of the kernel and levels of noise;
+/// from the best of these by Newton's method on the evidence itself.
+Found find_numbers(const CohortModel& cohort);
+
+/// The first of these alone.
+Found find_numbers_roughly(const CohortModel& cohort);
+
+/// The same from numbers that are near.
+Found find_numbers_near(const CohortModel& cohort, const Eigen::VectorXd& x);
+
+}  // namespace pulson::compare

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "compare/facts.hpp"
 #include "core/csv_table.hpp"
 #include "pulson/core/version.hpp"
 #include "records/record_text.hpp"
@@ -59,7 +60,23 @@ Json evidences(const compare::CohortFit& fit) {
   return all;
 }
 
-Json model_json(const compare::ComparedModel& model, const compare::CohortSettings& settings) {
+// Errors are in an object of their own.
+void add_fact(Json& json, std::string_view name, const FactValue& value) {
+  const std::string key(name);
+  if (const Estimate* known = std::get_if<Estimate>(&value)) {
+    json[key] = defined_or_null(known->value);
+    json["standard_errors"][key] = defined_or_null(known->standard_error);
+  } else if (const double* number = std::get_if<double>(&value)) {
+    json[key] = defined_or_null(*number);
+  } else if (const long* count = std::get_if<long>(&value)) {
+    json[key] = *count;
+  } else if (const bool* is_so = std::get_if<bool>(&value)) {
+    json[key] = *is_so;
+  }
+}
+
+Json model_json(const compare::Comparison& comparison, const compare::ComparedModel& model) {
+  const compare::CohortSettings& settings = comparison.settings;
   const compare::CohortFit& fit = model.fit;
   Json json{{"noise", fit.noise},
             {"asked", model.noise},
@@ -69,32 +86,13 @@ Json model_json(const compare::ComparedModel& model, const compare::CohortSettin
             {"lambda", fit.lambda},
             {"sigma", fit.sigma},
             {"fitted", fitted_json(fit.fitted)},
-            {"converged", fit.converged},
-            {"rms", model.rms.value},
-            {"energy", model.energy.value},
-            {"action", model.action.value},
-            {"total", model.total.value},
-            {"log_evidence", defined_or_null(fit.log_evidence)},
-            {"score", defined_or_null(model.score)},
-            {"difference", estimate(model.difference)},
-            {"weight", model.weight},
-            {"p_value", defined_or_null(model.p_value)},
-            {"p_value_cohorts", model.bootstrapped},
-            {"noise_share", fit.noise_share},
-            {"order_inversions", defined_or_null(model.order_inversions.value)},
-            {"flipped_triangles", defined_or_null(model.flipped_triangles.value)},
-            {"folded_fraction", defined_or_null(model.folded_fraction.value)},
-            {"seconds", model.seconds}};
-  json["standard_errors"] = Json{{"rms", model.rms.standard_error},
-                                 {"energy", model.energy.standard_error},
-                                 {"action", model.action.standard_error},
-                                 {"total", model.total.standard_error},
-                                 {"order_inversions", model.order_inversions.standard_error},
-                                 {"flipped_triangles", model.flipped_triangles.standard_error},
-                                 {"folded_fraction", model.folded_fraction.standard_error}};
-  json["standard_errors"] = defined_or_null(json["standard_errors"]);
+            {"p_value_cohorts", model.bootstrapped}};
+  const ModelRow row{&comparison, &model};
+  for (const Fact<ModelRow>& fact : model_facts())
+    if (fact.key != "noise" && fact.key != "fitted" && !fact.key.starts_with("coverage") && fact.key != "energy_score")
+      add_fact(json, fact.key, fact.value(row));
+  json["difference"] = estimate(model.difference);
   json["log_evidences"] = defined_or_null(evidences(fit));
-  json["laplace"] = defined_or_null(fit.laplace);
   json["importance_sampling"] = {{"standard_error", defined_or_null(fit.sampling_error)}};
   json["importance_sampling"]["samples"] = settings.importance_samples;
   json["importance_sampling"]["least_effective_part"] = fit.effective_part;
@@ -117,7 +115,6 @@ Json model_json(const compare::ComparedModel& model, const compare::CohortSettin
                           {"energy_score_error", defined_or_null(prediction->energy_score_error)},
                           {"coverage_90", prediction->coverage},
                           {"coverage_90_error", defined_or_null(prediction->coverage_error)}};
-  json["matched"] = model.matched;
   json["least_cost_paths"] = nullptr;
   if (const auto& paths = model.paths)
     json["least_cost_paths"] = {{"mode", fit.noise == "none" ? "deterministic" : "metamorphosis"},
@@ -129,7 +126,7 @@ Json model_json(const compare::ComparedModel& model, const compare::CohortSettin
                                 {"matched", paths->matched},
                                 {"converged", paths->converged}};
   json["spectrum"] = defined_or_null(numbers(model.spectrum));
-  json["noise_way"] = numbers(model.noise_displacement);
+  json["noise_displacement"] = numbers(model.noise_displacement);
   json["lost_samples"] = model.lost_samples;
   return json;
 }
@@ -156,8 +153,7 @@ std::string comparison_json(const compare::Comparison& comparison, double second
             {"notes", in_option_words(comparison.notes)},
             {"seconds", seconds},
             {"version", version()}};
-  for (const compare::ComparedModel& model : comparison.models)
-    json["models"].push_back(model_json(model, comparison.settings));
+  for (const compare::ComparedModel& model : comparison.models) json["models"].push_back(model_json(comparison, model));
   return records::record_text(json);
 }
 
@@ -169,64 +165,39 @@ std::string specimens_csv(const compare::CohortShapes& shapes) {
 }
 
 std::string shapes_csv(const compare::Comparison& comparison) {
-  io::CsvTable table{"noise",  "shape", "log_evidence", "laplace",      "effective_samples", "rms",     "energy",
-                     "action", "data",  "converged",    "energy_score", "coverage_90",       "specimen"};
-  for (const compare::ComparedModel& model : comparison.models)
-    for (std::size_t s = 0; s < model.fit.shapes.size(); ++s) {
-      const compare::ShapeFit& shape = model.fit.shapes[s];
-      const Landmarks& target = comparison.cohort.targets[s];
-      table.text(model.fit.noise).text(target.source);
-      table.numbers(shape.log_evidence, shape.laplace, shape.effective_samples, shape.rms, shape.cost.energy,
-                    shape.cost.action, shape.cost.data, shape.converged ? 1 : 0);
-      if (model.prediction)
-        table.numbers(model.prediction->shapes[s].energy_score, model.prediction->shapes[s].coverage);
-      else
-        table.missing().missing();
-      table.text(target.name).end_row();
-    }
+  io::CsvTable table;
+  const std::vector<ShapeRow> rows = shape_rows(model_rows(comparison));
+  add_header(table, shape_facts(), rows.front());
+  table.end_row();
+  for (const ShapeRow& row : rows) {
+    add_facts(table, shape_facts(), row);
+    table.end_row();
+  }
   return std::move(table).take();
 }
 
 std::string models_csv(const compare::Comparison& comparison) {
-  io::CsvTable table{"noise",
-                     "number",
-                     "value",
-                     "low_90",
-                     "high_90",
-                     "vanishes",
-                     "log_evidence",
-                     "log_evidence_error",
-                     "laplace",
-                     "score",
-                     "difference",
-                     "difference_error",
-                     "weight",
-                     "p",
-                     "noise_share",
-                     "rms",
-                     "energy",
-                     "action",
-                     "matched",
-                     "energy_score",
-                     "energy_score_error",
-                     "coverage_90"};
-  for (const compare::ComparedModel& model : comparison.models) {
-    const compare::CohortFit& fit = model.fit;
-    const double nan = std::nan("");
-    const auto& prediction = model.prediction;
+  const Facts<ModelRow> facts =
+      chosen(model_facts(), {"log_evidence", "laplace", "score", "difference", "weight", "p_value", "noise_share",
+                             "rms", "energy", "action", "total", "matched", "order_inversions", "flipped_triangles",
+                             "folded_fraction", "energy_score", "coverage_90", "converged"});
+  const std::vector<ModelRow> rows = model_rows(comparison);
+  io::CsvTable table;
+  table.words({"noise", "number", "value", "low_90", "high_90", "vanishes"});
+  add_header(table, facts, rows.front());
+  table.end_row();
+  for (const ModelRow& row : rows) {
     const auto end_row = [&] {
-      table.numbers(fit.log_evidence, fit.sampling_error, fit.laplace, model.score, model.difference.value,
-                    model.difference.standard_error, model.weight, model.p_value, fit.noise_share, model.rms.value,
-                    model.energy.value, model.action.value, model.matched, prediction ? prediction->energy_score : nan,
-                    prediction ? prediction->energy_score_error : nan, prediction ? prediction->coverage : nan);
+      add_facts(table, facts, row);
       table.end_row();
     };
-    if (fit.fitted.empty()) {
-      table.text(model.noise).missing().missing().missing().missing().missing();
+    const std::vector<compare::FittedNumber>& fitted = row.model->fit.fitted;
+    if (fitted.empty()) {
+      table.text(row.model->noise).missing().missing().missing().missing().missing();
       end_row();
     }
-    for (const compare::FittedNumber& number : fit.fitted) {
-      table.text(model.noise).word(number.name);
+    for (const compare::FittedNumber& number : fitted) {
+      table.text(row.model->noise).word(number.name);
       table.numbers(shown_value(number), number.low, number.high, number.vanishes ? 1 : 0);
       end_row();
     }

@@ -7,6 +7,7 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
+#include "compare/facts.hpp"
 #include "pulson/core/name_table.hpp"
 #include "shell/messages.hpp"
 
@@ -64,33 +65,16 @@ void print_table(const Rows& rows) {
   }
 }
 
+// Specifications of noise in the first column without digits that are not read.
+Rows with_short_names(Rows rows) {
+  for (std::size_t i = 1; i < rows.size(); ++i) rows[i].front() = shortened_spec(rows[i].front());
+  return rows;
+}
+
 void print_fitted(const compare::ComparedModel& model) {
   print_text("{}", padded("  " + shortened_spec(model.noise), 30));
   for (const compare::FittedNumber& fitted : model.fit.fitted) print_text("{}  ", fitted_text(fitted));
   print_text("noise {:.0f} % of the variance\n", 100 * model.fit.noise_share);
-}
-
-// What the most probable paths and those of least cost make of shapes that no flow reaches.
-void print_paths(const compare::Comparison& comparison, const std::vector<std::size_t>& order) {
-  const auto has_paths = [](const compare::ComparedModel& model) { return model.paths.has_value(); };
-  if (std::none_of(comparison.models.begin(), comparison.models.end(), has_paths)) return;
-  const auto reversals = [](const Estimate& inversions, const Estimate& triangles) {
-    return number(std::isnan(inversions.value) ? triangles.value : inversions.value);
-  };
-  const std::size_t shapes = comparison.cohort.targets.size();
-  Rows rows{{"matches", "path", "matched", "rms", "cost", "action", "reversals"}};
-  for (const std::size_t i : order) {
-    const compare::ComparedModel& model = comparison.models[i];
-    rows.push_back({shortened_spec(model.noise), "most probable", fmt::format("{} of {}", model.matched, shapes),
-                    with_error(model.rms), with_error(model.total), with_error(model.action),
-                    reversals(model.order_inversions, model.flipped_triangles)});
-    if (const auto& paths = model.paths)
-      rows.push_back({"", "least cost", fmt::format("{} of {}", paths->matched, shapes), with_error(paths->rms),
-                      with_error(paths->total), with_error(paths->action),
-                      reversals(paths->order_inversions, paths->flipped_triangles)});
-  }
-  print_text("\n");
-  print_table(rows);
 }
 
 }  // namespace
@@ -107,19 +91,6 @@ std::string number(double value, const char* format) {
   return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
 }
 
-std::string with_error(const Estimate& estimate, const char* format) {
-  if (std::isnan(estimate.standard_error)) return number(estimate.value, format);
-  return number(estimate.value, format) + " ± " + number(estimate.standard_error, "{:.2g}");
-}
-
-std::vector<std::size_t> ranked(const compare::Comparison& comparison) {
-  std::vector<std::size_t> order(comparison.models.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](auto a, auto b) { return comparison.models[a].score > comparison.models[b].score; });
-  return order;
-}
-
 std::string fitted_text(const compare::FittedNumber& fitted) {
   if (fitted.vanishes) return fitted.name + (fitted.name == "lambda" ? " = ∞" : " = 0");  // 1/λ is the variance
   const std::string text = fmt::format("{} = {:.4g}", fitted.name, fitted.value);
@@ -128,14 +99,14 @@ std::string fitted_text(const compare::FittedNumber& fitted) {
 }
 
 std::string verdict(const compare::Comparison& comparison) {
-  const std::vector<std::size_t> order = ranked(comparison);
-  const std::string& best = comparison.models[order.front()].noise;
-  if (order.size() == 1) return fmt::format("only one model: {}", best);
+  const std::vector<ModelRow> rows = ranked_rows(comparison);
+  const std::string& best = rows.front().model->noise;
+  if (rows.size() == 1) return fmt::format("only one model: {}", best);
   if (!differ_beyond_sigma(comparison)) return kNothingToTell;
   std::vector<std::string> equal;
-  for (std::size_t i = 1; i < order.size(); ++i)
-    if (!is_behind(comparison.models[order[i]])) equal.push_back(shortened_spec(comparison.models[order[i]].noise));
-  const compare::CohortFit& fit = comparison.models[order.front()].fit;
+  for (std::size_t i = 1; i < rows.size(); ++i)
+    if (!is_behind(*rows[i].model)) equal.push_back(shortened_spec(rows[i].model->noise));
+  const compare::CohortFit& fit = rows.front().model->fit;
   const auto vanishes = [](const compare::FittedNumber& number) { return number.vanishes && number.name == "lambda"; };
   if (is_geodesic(fit) && std::any_of(fit.fitted.begin(), fit.fitted.end(), vanishes)) return kNothingToTell;
   if (is_geodesic(fit)) return "the geodesic is enough: no noise model explains these shapes better";
@@ -155,33 +126,20 @@ void print_comparison(const compare::Comparison& comparison) {
              comparison.cohort.source.dimension(), alignment_name(comparison.cohort.alignment));
   print_text("model      {}, {} steps, {}\n\n", kernel_words(comparison.settings), comparison.settings.grid.steps,
              sigma_words(comparison.settings));
-  Rows evidence{{"noise", "score", "weight", "p", "log evidence", "Laplace", "rms", "energy", "action"}};
-  const std::vector<std::size_t> order = ranked(comparison);
-  for (const std::size_t i : order) {
-    const compare::ComparedModel& model = comparison.models[i];
-    evidence.push_back(
-        {shortened_spec(model.noise), i == comparison.best ? "0" : with_error(model.difference, "{:.1f}"),
-         number(model.weight, "{:.2g}"), number(model.p_value, "{:.2g}"),
-         with_error({model.fit.log_evidence, model.fit.sampling_error}, "{:.1f}"), number(model.fit.laplace, "{:.1f}"),
-         with_error(model.rms), with_error(model.energy), with_error(model.action)});
-  }
-  print_table(evidence);
+  const std::vector<ModelRow> rows = ranked_rows(comparison);
+  const auto print = [&](std::initializer_list<std::string_view> keys) {
+    print_table(with_short_names(text_table(chosen(model_facts(), keys), rows)));
+  };
+  print({"noise", "difference", "weight", "p_value", "log_evidence", "laplace", "rms", "energy", "action"});
   print_text("\n");
-  Rows predictions{{"noise", "energy score", "coverage 90 %", "inversions", "triangles", "folded", "seconds"}};
-  for (const std::size_t i : order) {
-    const compare::ComparedModel& model = comparison.models[i];
-    const auto& prediction = model.prediction;
-    predictions.push_back(
-        {shortened_spec(model.noise),
-         prediction ? with_error({prediction->energy_score, prediction->energy_score_error}, "{:.4g}") : "-",
-         prediction ? with_error({prediction->coverage, prediction->coverage_error}, "{:.2f}") : "-",
-         number(model.order_inversions.value), number(model.flipped_triangles.value),
-         number(100 * model.folded_fraction.value, "{:.2g} %"), number(model.seconds, "{:.2f}")});
+  print(
+      {"noise", "energy_score", "coverage_90", "order_inversions", "flipped_triangles", "folded_fraction", "seconds"});
+  if (const std::vector<PathRow> paths = path_rows(rows); !paths.empty()) {
+    print_text("\n");
+    print_table(text_table(path_facts(), paths));
   }
-  print_table(predictions);
-  print_paths(comparison, order);
   print_text("\nfitted\n");
-  for (const std::size_t i : order) print_fitted(comparison.models[i]);
+  for (const ModelRow& row : rows) print_fitted(*row.model);
   print_text("\nverdict    {}\n", verdict(comparison));
 }
 

@@ -24,12 +24,8 @@ std::string as_title(std::string text);
 void print_recovery(const std::vector<compare::RecoveryRow>& rows, const std::vector<std::string>& candidates,
                     const compare::RecoveryOptions& options);
 
-/// The models, greatest score first.
-std::vector<std::size_t> ranked(const compare::Comparison& comparison);
-
-/// A number as tables have it, "-" where there is none; the same with its standard error, where there is one.
+/// A number as tables have it, "-" where there is none.
 std::string number(double value, const char* format = "{:.3g}");
-std::string with_error(const Estimate& estimate, const char* format = "{:.3g}");
 
 /// "beta = 0.24 (± 22 %)"; where it vanishes "beta = 0" and "lambda = ∞", "(undetermined)" where the shapes do not
 /// determine it it.

@@ -1,0 +1,45 @@
+#include "shell/facts.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace pulson {
+namespace {
+
+std::string number_text(double value, const char* format) {
+  return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
+}
+
+}  // namespace
+
+bool is_missing(const FactValue& value) {
+  if (const double* number = std::get_if<double>(&value)) return std::isnan(*number);
+  if (const Estimate* estimate = std::get_if<Estimate>(&value)) return std::isnan(estimate->value);
+  return false;
+}
+
+std::string fact_text(const FactValue& value, const char* format, double times) {
+  if (const double* number = std::get_if<double>(&value)) return number_text(times * *number, format);
+  if (const Estimate* estimate = std::get_if<Estimate>(&value)) {
+    const std::string text = number_text(times * estimate->value, format);
+    if (std::isnan(estimate->standard_error)) return text;
+    // What is 0 by definition has no error.
+    if (estimate->value == 0 && estimate->standard_error == 0) return "0";
+    return text + " ± " + number_text(times * estimate->standard_error, "{:.2g}");
+  }
+  if (const long* count = std::get_if<long>(&value)) return std::to_string(*count);
+  if (const bool* is_so = std::get_if<bool>(&value)) return *is_so ? "yes" : "no";
+  return std::get<std::string>(value);
+}
+
+void add_fact(io::CsvTable& table, const FactValue& value) {
+  if (const double* number = std::get_if<double>(&value)) table.number(*number);
+  if (const Estimate* estimate = std::get_if<Estimate>(&value))
+    table.numbers(estimate->value, estimate->standard_error);
+  if (const long* count = std::get_if<long>(&value)) table.number(*count);
+  if (const bool* is_so = std::get_if<bool>(&value)) table.number(*is_so ? 1 : 0);
+  if (const std::string* text = std::get_if<std::string>(&value)) table.text(*text);
+}
+
+}  // namespace pulson

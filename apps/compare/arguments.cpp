@@ -240,9 +240,9 @@ compare::CompareOptions CompareArguments::options_about(const Landmarks& about, 
                                        : Length::parse(start, "--sigma").in(diameter(about.points));
   if (!sigma)
     notes.push_back(
-        "sigma is fitted in each model: where you know the digitising error give it by --sigma, as noise that moves "
-        "each "
-        "landmark by itself looks like it");
+        fmt::format("sigma {:.3g}, {} of the diameter, is a guess: give --sigma, the digitising error, on which the "
+                    "ranking depends",
+                    asked.settings.sigma.in(0), of_sigma));
   return asked;
 }
 

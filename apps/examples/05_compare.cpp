@@ -3,7 +3,7 @@
 //
 //   $ 05_compare
 //   none: score 205, -48.4 +- 6.98 from the best
-//   ch-sd:beta=0.09335: score 253, 0 +- 0 from the best
+//   ch-sd:beta=0.09375: score 253, 0 +- 0 from the best
 //   best: ch-sd
 
 #include <iostream>

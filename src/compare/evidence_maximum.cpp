@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 constexpr double kStencil = 0.7;  // standard deviations: a third derivative enters by its half, draws' errors by 1/0.7
 constexpr double kMostStencil = 0.7, kLeastStencil = 1e-3;  // of x, whatever the metric has
 // Of the metric's: the linear models' curvature is right to a factor of a few, or the number is not determined.
-constexpr double kLeastOfMetric = 0.1, kMostOfMetric = 5;
+constexpr double kLeastOfMetric = 0.1, kMostOfMetric = 100;
 constexpr int kMostSteps = 8, kMostHalvings = 4;
 constexpr double kLongest = 1;   // of a step of Newton's method, in each coordinate: a factor e
 constexpr int kMostOutward = 6;  // places at which an end is sought
@@ -55,7 +55,8 @@ std::optional<LocalEvidence> evidence_about(const EvidenceAt& evidence, const Ve
   const std::optional<Evidence> here = evidence(x);
   if (!here) return std::nullopt;
   const Index n = x.size(), groups = here->without_group.size();
-  LocalEvidence local{x, *here, {VectorXd::Zero(n), MatrixXd::Zero(n, n)}, MatrixXd::Zero(n, groups)};
+  LocalEvidence local{
+      x, *here, {VectorXd::Zero(n), MatrixXd::Zero(n, n)}, VectorXd::Zero(n), MatrixXd::Zero(n, groups)};
   VectorXd curvatures(n);
   for (Index i = 0; i < n; ++i) {
     const double by_metric = std::max(metric(i, i), 1e-6);
@@ -70,6 +71,7 @@ std::optional<LocalEvidence> evidence_about(const EvidenceAt& evidence, const Ve
     if (above && below) {
       local.slope.gradient[i] = (above->value - below->value) / (2 * h);
       local.gradients_without_group.row(i) = (above->without_group - below->without_group) / (2 * h);
+      local.curvatures[i] = (2 * here->value - above->value - below->value) / (h * h);
       curvatures[i] = std::clamp((2 * here->value - above->value - below->value) / (h * h), kLeastOfMetric * by_metric,
                                  kMostOfMetric * by_metric);
     } else if (above || below) {

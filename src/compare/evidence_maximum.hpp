@@ -24,6 +24,7 @@ struct LocalEvidence {
   Eigen::VectorXd x;
   Evidence here;
   SecondOrder slope;
+  Eigen::VectorXd curvatures;               ///< those that were measured, else 0
   Eigen::MatrixXd gradients_without_group;  ///< a column each
 };
 

@@ -73,7 +73,10 @@ std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found&
   for (Index i = 0; i < n; ++i)
     if (!(cohort.open()[at(i)].is_variance() && x[i] < 2 * kNegligible)) present.push_back(i);
   VectorXd errors = VectorXd::Zero(n);
-  errors(present) = deviations(cohort.linear_evidence(matches, x).slope.information(present, present));
+  MatrixXd information = cohort.linear_evidence(matches, x).slope.information;
+  if (found.maximum)  // linear models do not know that fields of noise have the width of the kernel, too
+    information.diagonal() = information.diagonal().cwiseMax(found.maximum->local.curvatures);
+  errors(present) = deviations(information(present, present));
   errors = with_intervals(std::move(errors), x, found.intervals);
   const VectorXd correlations = cohort.correlations_with_sigma(matches);
   const bool at_rest = cohort.open().front().kind == ModelNumber::Kind::kLambda && x[0] < 2 * kNegligible &&

@@ -154,7 +154,7 @@ INSTANTIATE_TEST_SUITE_P(
         Slip{"compare leaves.tps --noise ch-sd:beta=2:fit", "their own starting values"},
         Slip{"compare leaves.tps --noise p-sd:beta=fit,width=fit,fields=grid", "compare does not fit width"},
         Slip{"compare leaves.tps --kernel gaussian:weight=fit", "compare fits the widths alpha"},
-        Slip{"compare leaves.tps --sigma fit", "compare does not fit sigma"},
+        Slip{"compare leaves.tps --sigma fit(0.5)", "numbers have no priors here"},
         Slip{"compare leaves.tps --lambda auto", "--lambda is 'auto'; a number is needed, or fit"},
         Slip{"atlas leaves.tps --sigma auto", "--sigma is 'auto'; a number is needed, or fit"},
         Slip{"atlas leaves.tps --lambda fit(0.5)", "without a prior"},

@@ -143,7 +143,7 @@ class HelpFormatter : public CLI::Formatter {
     return text;
   }
 
-  mutable CLI::AppFormatMode mode_ = CLI::AppFormatMode::Normal;  // that make_group is not told
+  mutable CLI::AppFormatMode mode_ = CLI::AppFormatMode::Normal;  // make_group has no parameter for it
 };
 
 }  // namespace

@@ -9,7 +9,7 @@
 namespace pulson::compare {
 
 /// The log evidence of a cohort at a place x: a number, and where it was sampled what each group of the draws would
-/// make of it if it were left out, which tells the error of differences.
+/// make of it if it were left out, from which the error of differences follows.
 struct Evidence {
   double value = 0;
   Eigen::VectorXd without_group;  ///< of no size where nothing was sampled

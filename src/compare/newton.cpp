@@ -66,7 +66,6 @@ BoxMaximum maximise_in_box(const std::function<double(const VectorXd&)>& value,
       best.converged = true;
       break;
     }
-    if (best.value + 2 * gain < options.least) break;
     bool risen = false;
     for (int halving = 0; halving < kMostNewtonHalvings && !risen; ++halving, step /= 2) {
       const VectorXd to = box.clipped(best.x + step);

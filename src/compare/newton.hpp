@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <limits>
 
 #include <Eigen/Core>
 
@@ -34,8 +33,6 @@ struct NewtonOptions {
   double tolerance = 1e-4;  ///< of the value, which a further step would still gain
   double longest_step = 1;  ///< of each number
   int most_steps = 30;
-  /// The search is given up where twice what a step would gain does not lead to it.
-  double least = -std::numeric_limits<double>::infinity();
 };
 
 /// Maximises a function over a box by Newton's method, steps halved until the function rises; numbers at a bound to

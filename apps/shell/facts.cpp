@@ -22,7 +22,7 @@ bool is_missing(const FactValue& value) {
 std::string fact_text(const FactValue& value, const char* format, double times) {
   if (const double* number = std::get_if<double>(&value)) return number_text(times * *number, format);
   if (const Estimate* estimate = std::get_if<Estimate>(&value)) {
-    const std::string text = number_text(times * estimate->value, format);
+    std::string text = number_text(times * estimate->value, format);
     if (std::isnan(estimate->standard_error)) return text;
     // What is 0 by definition has no error.
     if (estimate->value == 0 && estimate->standard_error == 0) return "0";

@@ -10,7 +10,7 @@ std::vector<TaskDefaults> make_table() {
   const Default automatic{"auto"}, none{};
   const Default one_error{"0.5%"};
   const Default heun{"heun", "explicit: a chain takes thousands of paths, and no step searches for a root"};
-  const Default fitted_error{"fit", "several shapes determine it"}, fitted_lambda = fitted_error;
+  const Default fitted{"fit", "several shapes determine it"};
   TaskDefaults pair{"register", automatic, one_error, automatic, automatic, {"20"}, none, automatic};
   TaskDefaults posterior = pair;
   posterior.task = "sample, one target";
@@ -18,26 +18,26 @@ std::vector<TaskDefaults> make_table() {
   TaskDefaults cohort = posterior;
   cohort.task = "sample, several targets";
   cohort.kernel = {"auto:alpha=fit", "several shapes determine its width"};
-  cohort.sigma = fitted_error;
-  cohort.lambda = fitted_lambda;
+  cohort.sigma = fitted;
+  cohort.lambda = fitted;
   TaskDefaults tree = posterior;
   tree.task = "sample of a tree";
   tree.kernel.reason = "matern32:alpha=auto: no target is matched, whose likelihood would choose";
-  tree.sigma = fitted_error;
+  tree.sigma = fitted;
   tree.align = {"none", "position and size are taken to evolve, too"};
   const TaskDefaults comparison{
       "compare",
       {"gaussian:alpha=fit", "each model has its own width, from one family, so that they are compared by their noise"},
       {"1%", "of landmarks placed by hand: where it is fitted some searches do not converge yet"},
-      fitted_lambda,
+      fitted,
       {"variational-2", "of second order, symplectic, for every noise"},
       {"auto", "so many that the ends are exact to a tenth of sigma"},
       none,
       {"auto", "similarity about a mean, else none"}};
   const TaskDefaults atlas{"atlas",
                            automatic,
-                           fitted_error,
-                           fitted_lambda,
+                           fitted,
+                           fitted,
                            {"rk4", "of order 4: geodesics have no noise, and ten steps do"},
                            {"10", "see the integrator"},
                            none,

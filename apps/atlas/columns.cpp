@@ -47,7 +47,7 @@ std::size_t find_column(const formats::CsvRecord& header, const Address& address
 
 const std::string& field(const std::string& file, const formats::CsvRecord& row, std::size_t column) {
   if (column >= row.fields.size())
-    io::fail(file, row.line, fmt::format("has {} fields, fewer than the header", row.fields.size()));
+    text::fail(file, row.line, fmt::format("has {} fields, fewer than the header", row.fields.size()));
   return row.name(column);
 }
 
@@ -74,7 +74,7 @@ Telling telling_of(const std::string& name) {
 bool are_names(const NameList& column) {
   std::set<std::string_view> seen;
   return std::all_of(column.names.begin(), column.names.end(), [&](const std::string& name) {
-    return !name.empty() && !io::is_number(name) && seen.insert(name).second;
+    return !name.empty() && !text::is_number(name) && seen.insert(name).second;
   });
 }
 
@@ -122,15 +122,15 @@ class SpecimenRows {
       if (best.match.matched() == 0 && best.match.problem.empty()) continue;
       check(best);
       if (telling != Telling::kNames)
-        notes.push_back(fmt::format(
-            "{}: rows belong to shapes by {}", address_.file,
-            best.column.empty() ? "the first column, which has no name" : "the column " + io::in_quotes(best.column)));
+        notes.push_back(fmt::format("{}: rows belong to shapes by {}", address_.file,
+                                    best.column.empty() ? "the first column, which has no name"
+                                                        : "the column " + text::in_quotes(best.column)));
       break;
     }
     if (best.match.matched() == 0) return without_names();
     if (!best.match.note.empty()) notes.push_back(best.match.note);
     if (const std::size_t spare = rows_.size() - shapes_.size(); spare > 0)
-      notes.push_back(fmt::format("{}: {} {} to no shape and {} not used", address_.file, io::counted(spare, "row"),
+      notes.push_back(fmt::format("{}: {} {} to no shape and {} not used", address_.file, text::counted(spare, "row"),
                                   spare == 1 ? "belongs" : "belong", spare == 1 ? "is" : "are"));
     return best.match.partners;
   }
@@ -160,7 +160,7 @@ class SpecimenRows {
         const bool is_better = found.score() > best.score();
         if (found.score() == best.score() && found.match.matched() > 0 && found.match.partners != best.match.partners)
           best.match.problem = fmt::format("{}: the columns {} and {} both hold names of the shapes, in other rows",
-                                           address_.file, io::in_quotes(best.column), io::in_quotes(found.column));
+                                           address_.file, text::in_quotes(best.column), text::in_quotes(found.column));
         if (is_better || (best.specimens.names.empty() && !found.match.problem.empty())) best = std::move(found);
       }
     }
@@ -191,7 +191,7 @@ class SpecimenRows {
       text += fmt::format(
           "{}{}: {} of {} shapes {} no row of {} own in the column {}: {}{}", text.empty() ? "" : "; ", address_.file,
           lonely.size(), shapes_.size(), lonely.size() == 1 ? "has" : "have", lonely.size() == 1 ? "its" : "their",
-          io::in_quotes(best.column), names(best.specimens, lonely),
+          text::in_quotes(best.column), names(best.specimens, lonely),
           spare.empty() || spare.size() > lonely.size() ? fmt::format(" ({} rows belong to no shape)", spare.size())
                                                         : "; rows of no shape: " + names(best.rows, spare));
     }
@@ -220,8 +220,8 @@ void name_rows(const std::string& file, std::vector<CsvRecord>& records) {
   }
   for (const CsvRecord& row : records)
     if (row.fields.size() > header.fields.size())
-      io::fail(file, row.line,
-               fmt::format("has {} fields, more than the {} of the header", row.fields.size(), header.fields.size()));
+      text::fail(file, row.line,
+                 fmt::format("has {} fields, more than the {} of the header", row.fields.size(), header.fields.size()));
 }
 
 }  // namespace
@@ -229,7 +229,7 @@ void name_rows(const std::string& file, std::vector<CsvRecord>& records) {
 std::vector<std::string> column_of_table(const SpecimenTable& table, const std::vector<Landmarks>& shapes,
                                          std::vector<std::string>& notes) {
   const Address address = parse_address(table.address, table.option);
-  const std::string contents = io::read_text_file(address.file);
+  const std::string contents = text::read_text_file(address.file);
   std::vector<CsvRecord> records = formats::csv_records(address.file, contents);
   if (records.size() < 2) throw InputError(fmt::format("{}: there are no rows below a header", address.file));
   name_rows(address.file, records);
@@ -245,14 +245,14 @@ Eigen::VectorXd numbers_of_table(const SpecimenTable& table, const std::vector<L
   const std::vector<std::string> texts = column_of_table(table, shapes, notes);
   Eigen::VectorXd numbers(std::ssize(texts));
   for (std::size_t i = 0; i < texts.size(); ++i) {
-    const std::string_view text = io::trim(texts[i]);
-    if (io::is_missing(text))
-      numbers[static_cast<Eigen::Index>(i)] = io::kMissing;
-    else if (io::is_number(text))
+    const std::string_view text = text::trim(texts[i]);
+    if (text::is_missing(text))
+      numbers[static_cast<Eigen::Index>(i)] = text::kMissing;
+    else if (text::is_number(text))
       numbers[static_cast<Eigen::Index>(i)] = parse_number(std::string(text), table.option);
     else
       throw InputError(fmt::format("{} {}: {} for specimen '{}' is not a number", table.option, table.address,
-                                   io::in_quotes(texts[i]), shapes[i].name));
+                                   text::in_quotes(texts[i]), shapes[i].name));
   }
   return numbers;
 }
@@ -263,7 +263,7 @@ std::vector<std::string> groups_of(const SpecimenTable& table, const std::vector
   if (address.find(':') != std::string::npos) {
     std::vector<std::string> groups = column_of_table(table, shapes, notes);
     for (std::string& name : groups)
-      if (io::is_missing(io::trim(name))) name.clear();
+      if (text::is_missing(text::trim(name))) name.clear();
     return groups;
   }
   std::vector<std::string> groups;
@@ -272,7 +272,7 @@ std::vector<std::string> groups_of(const SpecimenTable& table, const std::vector
     groups.emplace_back();
     for (const auto& [name, value] : shape.properties) {
       known.insert(name);
-      if (io::to_lower(name) == io::to_lower(address)) groups.back() = value;
+      if (text::to_lower(name) == text::to_lower(address)) groups.back() = value;
     }
   }
   if (std::all_of(groups.begin(), groups.end(), [](const std::string& name) { return name.empty(); }))

@@ -129,8 +129,8 @@ std::string atlas_json(const AtlasResults& results) {
 }
 
 std::string specimens_csv(const AtlasResults& results) {
-  io::CsvTable table{"specimen",  "rms",           "energy",       "action", "total",
-                     "converged", "centroid_size", "momenta_norm", "data"};
+  text::CsvTable table{"specimen",  "rms",           "energy",       "action", "total",
+                       "converged", "centroid_size", "momenta_norm", "data"};
   const Eigen::MatrixXd gram = results.atlas.metric();
   for (std::size_t i = 0; i < results.names.size(); ++i) {
     const cohort::AtlasSpecimen& specimen = results.atlas.specimens[i];
@@ -144,7 +144,7 @@ std::string specimens_csv(const AtlasResults& results) {
 }
 
 std::string scores_csv(const AtlasResults& results, const Eigen::MatrixXd& scores) {
-  io::CsvTable table;
+  text::CsvTable table;
   table.word("specimen");
   if (!results.groups.empty()) table.word("group");
   if (!results.covariate.empty()) table.text(results.covariate_name);
@@ -154,17 +154,17 @@ std::string scores_csv(const AtlasResults& results, const Eigen::MatrixXd& score
     table.text(results.names[i]);
     if (!results.groups.empty()) table.text(results.groups[i]);
     if (!results.covariate.empty())
-      table.number(std::isfinite(results.covariate[i]) ? results.covariate[i] : io::kMissing);
+      table.number(std::isfinite(results.covariate[i]) ? results.covariate[i] : text::kMissing);
     table.numbers(scores.row(static_cast<Eigen::Index>(i))).end_row();
   }
   return std::move(table).take();
 }
 
 std::string modes_csv(const AtlasResults& results) {
-  io::CsvTable table{"mode", "eigenvalue", "fraction", "procrustes_eigenvalue", "procrustes_fraction"};
+  text::CsvTable table{"mode", "eigenvalue", "fraction", "procrustes_eigenvalue", "procrustes_fraction"};
   const Eigen::VectorXd &of_momenta = results.modes.eigenvalues, &of_shapes = results.procrustes.modes.eigenvalues;
   const auto add = [&](const Eigen::VectorXd& values, Eigen::Index k) {
-    const double value = k < values.size() ? values[k] : io::kMissing;
+    const double value = k < values.size() ? values[k] : text::kMissing;
     table.numbers(value, value / values.sum());
   };
   for (Eigen::Index k = 0; k < std::max(of_momenta.size(), of_shapes.size()); ++k) {
@@ -179,15 +179,15 @@ std::string modes_csv(const AtlasResults& results) {
 namespace {
 
 // Header cells of axes, each behind `prefix`.
-void add_axes(io::CsvTable& table, std::string_view prefix, int dimension) {
-  for (int axis = 0; axis < dimension; ++axis) table.word(fmt::format("{}{}", prefix, io::kAxisLetters[axis]));
+void add_axes(text::CsvTable& table, std::string_view prefix, int dimension) {
+  for (int axis = 0; axis < dimension; ++axis) table.word(fmt::format("{}{}", prefix, text::kAxisLetters[axis]));
 }
 
 }  // namespace
 
 std::string predicted_csv(const AtlasResults& results) {
   const Landmarks& shape = results.atlas.template_shape;
-  io::CsvTable table;
+  text::CsvTable table;
   table.words({"specimen", "landmark"});
   add_axes(table, "", shape.dimension());
   add_axes(table, "half_width_90_", shape.dimension());
@@ -210,7 +210,7 @@ std::string predicted_csv(const AtlasResults& results) {
 
 std::string momenta_csv(const AtlasResults& results) {
   const Landmarks& shape = results.atlas.template_shape;
-  io::CsvTable table;
+  text::CsvTable table;
   table.words({"specimen", "landmark"});
   add_axes(table, "p", shape.dimension());
   table.end_row();
@@ -230,7 +230,7 @@ std::string momenta_npy(const AtlasResults& results) {
 }
 
 std::string groups_csv(const cohort::GroupComparison& comparison) {
-  io::CsvTable table{"first", "second", "distance", "p_value"};
+  text::CsvTable table{"first", "second", "distance", "p_value"};
   for (const auto& pair : comparison.pairs)
     table.text(comparison.names[static_cast<std::size_t>(pair.first)])
         .text(comparison.names[static_cast<std::size_t>(pair.second)])
@@ -242,7 +242,7 @@ std::string groups_csv(const cohort::GroupComparison& comparison) {
 // The shapes of the regression at the values shown, a landmark in each row.
 std::string regression_csv(const AtlasResults& results) {
   const Landmarks& shape = results.atlas.template_shape;
-  io::CsvTable table;
+  text::CsvTable table;
   table.text(results.covariate_name).word("landmark");
   add_axes(table, "", shape.dimension());
   table.end_row();

@@ -158,14 +158,14 @@ std::string comparison_json(const compare::Comparison& comparison, double second
 }
 
 std::string specimens_csv(const compare::CohortShapes& shapes) {
-  io::CsvTable table{"shape", "centroid_size", "specimen"};
+  text::CsvTable table{"shape", "centroid_size", "specimen"};
   for (const Landmarks& shape : shapes.targets)
     table.text(shape.source).number(centroid_size(shape.points)).text(shape.name).end_row();
   return std::move(table).take();
 }
 
 std::string shapes_csv(const compare::Comparison& comparison) {
-  io::CsvTable table;
+  text::CsvTable table;
   const std::vector<ShapeRow> rows = shape_rows(model_rows(comparison));
   add_header(table, shape_facts(), rows.front());
   table.end_row();
@@ -182,7 +182,7 @@ std::string models_csv(const compare::Comparison& comparison) {
                              "rms", "energy", "action", "total", "matched", "order_inversions", "flipped_triangles",
                              "folded_fraction", "energy_score", "coverage_90", "converged"});
   const std::vector<ModelRow> rows = model_rows(comparison);
-  io::CsvTable table;
+  text::CsvTable table;
   table.words({"noise", "number", "value", "low_90", "high_90", "vanishes"});
   add_header(table, facts, rows.front());
   table.end_row();
@@ -206,7 +206,7 @@ std::string models_csv(const compare::Comparison& comparison) {
 }
 
 std::string spectrum_csv(const compare::Comparison& comparison) {
-  io::CsvTable table{"model", "eigenvector", "eigenvalue", "variance", "standard_error"};
+  text::CsvTable table{"model", "eigenvector", "eigenvalue", "variance", "standard_error"};
   const auto add = [&](const std::string& model, const Eigen::VectorXd& values, const Eigen::VectorXd& errors) {
     for (Eigen::Index i = 0; i < values.size(); ++i) {
       table.text(model).numbers(i + 1, comparison.eigenvalues[i], values[i]);
@@ -220,7 +220,7 @@ std::string spectrum_csv(const compare::Comparison& comparison) {
 
 std::string landmarks_csv(const compare::Comparison& comparison) {
   const Landmarks& source = comparison.cohort.source;
-  io::CsvTable table;
+  text::CsvTable table;
   table.words({"noise", "landmark", "label"});
   for (int axis = 0; axis < source.dimension(); ++axis) table.word(std::string(1, "xyz"[axis]));
   table.word("noise_displacement").end_row();

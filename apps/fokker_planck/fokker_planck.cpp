@@ -101,7 +101,7 @@ std::vector<SampledProbability> sampled_crossing(const Problem& problem, const F
 }
 
 std::string crossing_csv(const fokker_planck::PairCrossing& crossing, const std::vector<SampledProbability>& sampled) {
-  io::CsvTable table;
+  text::CsvTable table;
   table.words({"time", "probability"});
   if (!sampled.empty()) table.words({"sampled", "standard_error"});
   table.end_row();
@@ -115,7 +115,7 @@ std::string crossing_csv(const fokker_planck::PairCrossing& crossing, const std:
 
 /// The marginals of (18) at a tenth, a half and the whole of the time, where there is noise.
 std::string densities_csv(const Problem& problem) {
-  io::CsvTable table{"landmark", "time", "q", "density"};
+  text::CsvTable table{"landmark", "time", "q", "density"};
   const PhaseState& state = problem.start.state;
   for (std::size_t a = 0; a < 2; ++a) {
     if (problem.betas.at(a) == 0) continue;

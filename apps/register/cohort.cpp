@@ -205,7 +205,7 @@ void add_files_of(const std::vector<Landmarks>& targets, const OutputOptions& ou
 Json facts_of(const RegisterArguments& arguments) {
   Json facts = Json::object();
   for (const std::string& file : {arguments.weights, arguments.covariances})
-    if (!file.empty()) facts[file] = io::read_text_file(file);
+    if (!file.empty()) facts[file] = text::read_text_file(file);
   return facts;
 }
 

@@ -61,8 +61,8 @@ double SpecimenMatch::momenta_norm() const {
 }
 
 std::string cohort_csv(const CohortMatches& cohort) {
-  io::CsvTable table{"specimen",     "rms",  "energy",      "action",  "total", "converged", "centroid_size",
-                     "momenta_norm", "data", "initial_rms", "matched", "error", "folder"};
+  text::CsvTable table{"specimen",     "rms",  "energy",      "action",  "total", "converged", "centroid_size",
+                       "momenta_norm", "data", "initial_rms", "matched", "error", "folder"};
   const double none = std::nan("");
   for (const SpecimenMatch& specimen : cohort.specimens) {
     table.text(specimen.name);

@@ -24,7 +24,7 @@ charts::Series over_beta(const std::string& name, const std::vector<matching::Ho
 }  // namespace
 
 std::string homotopy_csv(const std::vector<matching::HomotopyStep>& steps) {
-  io::CsvTable table{"beta", "J", "energy", "action", "data", "rms", "matched", "converged", "iterations"};
+  text::CsvTable table{"beta", "J", "energy", "action", "data", "rms", "matched", "converged", "iterations"};
   for (const matching::HomotopyStep& step : steps) {
     table.numbers(step.beta, step.cost.total(), step.cost.energy, step.cost.action, step.cost.data, step.rms);
     table.words({step.matched ? "true" : "false", step.converged ? "true" : "false"});

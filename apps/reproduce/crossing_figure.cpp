@@ -68,8 +68,8 @@ void solve_grids(const Laboratory& laboratory, std::vector<Curve>& curves) {
 }
 
 std::string csv_of(const std::vector<Curve>& curves) {
-  io::CsvTable table{"kernel",         "p1",   "beta",           "samples",          "clean",     "probability",
-                     "standard_error", "ever", "momentum_error", "grid_probability", "grid_error"};
+  text::CsvTable table{"kernel",         "p1",   "beta",           "samples",          "clean",     "probability",
+                       "standard_error", "ever", "momentum_error", "grid_probability", "grid_error"};
   for (const Curve& curve : curves)
     for (std::size_t i = 0; i < curve.points.size(); ++i) {
       const ensemble::EnsembleSums& sums = curve.points[i].run.sums;

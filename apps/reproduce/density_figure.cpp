@@ -92,7 +92,7 @@ html::ReportSection fokker_planck_equation(const Laboratory& laboratory) {
       fmt::format("{}, Gaussian pulsons  ·  {} paths  ·  dt = {:.3g}", noise, laboratory.options().samples, dt),
       {{}, {}, {}},
       false};
-  io::CsvTable densities{"pulsons", "landmark", "time", "mean", "variance", "law_mean", "law_variance", "distance"};
+  text::CsvTable densities{"pulsons", "landmark", "time", "mean", "variance", "law_mean", "law_variance", "distance"};
   std::array<std::vector<double>, 3> distances;
   const auto add = [&](std::size_t row, const ensemble::EnsembleSums& sums, Eigen::Index landmark, Eigen::Index count,
                        const fokker_planck::FreePulson& pulson) {

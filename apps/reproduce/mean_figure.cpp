@@ -68,8 +68,8 @@ charts::Chart chart_of_means(const Laboratory& laboratory, const std::vector<Mea
 }
 
 std::string csv_of_means(const Laboratory& laboratory, const std::vector<Means>& all, const std::vector<int>& records) {
-  io::CsvTable table{"beta",    "time",     "mean_q1",  "mean_q2",  "mean_p1",
-                     "mean_p2", "error_q1", "error_q2", "error_p1", "error_p2"};
+  text::CsvTable table{"beta",    "time",     "mean_q1",  "mean_q2",  "mean_p1",
+                       "mean_p2", "error_q1", "error_q2", "error_p1", "error_p2"};
   for (const Means& means : all)
     for (std::size_t record = 0; record < records.size(); ++record) {
       table.numbers(means.beta, laboratory.options().grid.at(records[record]));

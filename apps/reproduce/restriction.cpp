@@ -83,8 +83,8 @@ std::vector<html::ReportCell> row_of(const Run& run) {
 }
 
 std::string csv_of(const std::vector<Run>& runs) {
-  io::CsvTable table{"potential", "kernel", "beta",    "samples",        "crossed",
-                     "ever",      "clean",  "no_root", "momentum_bound", "near"};
+  text::CsvTable table{"potential", "kernel", "beta",    "samples",        "crossed",
+                       "ever",      "clean",  "no_root", "momentum_bound", "near"};
   for (const Run& run : runs) {
     const ensemble::PathCounts& paths = run.sums.paths;
     table.words({run.potential->name, run.pair.kernel.name});

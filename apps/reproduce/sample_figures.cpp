@@ -48,7 +48,7 @@ charts::Chart chart_of_paths(const std::vector<ensemble::SamplePath>& samples, c
 }
 
 std::string csv_of_paths(const std::vector<ensemble::SamplePath>& samples) {
-  io::CsvTable table{"path", "time", "q1", "q2", "p1", "p2"};
+  text::CsvTable table{"path", "time", "q1", "q2", "p1", "p2"};
   for (std::size_t m = 0; m < samples.size(); ++m)
     for (std::size_t k = 0; k < samples[m].path.states.size(); ++k) {
       const PhaseState& s = samples[m].path.states[k];

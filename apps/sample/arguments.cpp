@@ -107,7 +107,7 @@ nlohmann::ordered_json tree_facts(const std::vector<TreeNode>& tree) {
 SampleShapes SampleArguments::read(std::vector<std::string>& notes) const {
   if (calibrate <= 0 && !units.shard.empty()) throw InputError("--shard is for the simulations of --calibrate");
   SampleShapes shapes{read_landmarks(source, &notes, reading), read_shapes(targets, reading, notes), {}};
-  if (!tree.empty()) shapes.tree = formats::parse_newick(tree, io::read_text_file(tree));
+  if (!tree.empty()) shapes.tree = formats::parse_newick(tree, text::read_text_file(tree));
   require_digitised(shapes.source);
   for (const Landmarks& target : shapes.targets) require_digitised(target);
   put_in_order_of(shapes.source, shapes.targets, by_order, notes);

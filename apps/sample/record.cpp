@@ -179,7 +179,7 @@ std::string summary_json(const inference::PosteriorProblem& problem, const infer
 }
 
 std::string draws_csv(const inference::PosteriorDraws& draws) {
-  io::CsvTable table;
+  text::CsvTable table;
   table.words({"chain", "draw"});
   for (const std::string& name : draws.names) table.word(name);
   table.word("log_likelihood").end_row();
@@ -229,8 +229,8 @@ std::string paths_npy(const inference::PosteriorProblem& problem, const inferenc
 }
 
 std::string nodes_csv(const inference::PosteriorProblem& problem, const PosteriorSummary& summary) {
-  io::CsvTable table{"node", "parent", "observed", "landmark", "axis", "mean",
-                     "sd",   "q05",    "q50",      "q95",      "rhat", "ess_bulk"};
+  text::CsvTable table{"node", "parent", "observed", "landmark", "axis", "mean",
+                       "sd",   "q05",    "q50",      "q95",      "rhat", "ess_bulk"};
   const auto d = static_cast<std::size_t>(problem.sources.front().dimension());
   for (std::size_t b = 0; b < summary.ends.size(); ++b) {
     const inference::Branch& branch = problem.tree[b];
@@ -238,7 +238,7 @@ std::string nodes_csv(const inference::PosteriorProblem& problem, const Posterio
     for (std::size_t i = 0; i < summary.ends[b].size(); ++i) {
       const inference::DrawSummary& at = summary.ends[b][i];
       table.text(node_name(problem, b)).text(parent).numbers(branch.data ? 1 : 0, i / d + 1);
-      table.word(io::kAxisLetters.substr(i % d, 1));
+      table.word(text::kAxisLetters.substr(i % d, 1));
       table.numbers(at.mean, at.sd, at.q05, at.q50, at.q95, at.rhat, at.ess_bulk).end_row();
     }
   }

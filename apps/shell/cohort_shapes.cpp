@@ -85,7 +85,7 @@ std::vector<std::string> notes_of_names(const std::vector<Landmarks>& shapes) {
   if (first == counts.end()) return {};
   const auto more = std::count_if(std::next(first), counts.end(), repeats);
   return {fmt::format("{} shapes are named {}{}; tables list them in their order", first->second,
-                      io::in_quotes(first->first), more > 0 ? fmt::format(", and {} more names repeat", more) : "")};
+                      text::in_quotes(first->first), more > 0 ? fmt::format(", and {} more names repeat", more) : "")};
 }
 
 namespace {
@@ -100,10 +100,10 @@ bool may_be_in_name(char c) {
 
 // A name that Windows keeps for a device, with an extension or without: `NUL`, `com1.txt`.
 bool is_reserved(std::string_view name) {
-  const std::string stem = io::to_lower(name.substr(0, name.find('.')));
+  const std::string stem = text::to_lower(name.substr(0, name.find('.')));
   static const std::set<std::string, std::less<>> kDevices = {"con", "prn", "aux", "nul"};
   const bool is_port = stem.size() == 4 && (stem.starts_with("com") || stem.starts_with("lpt")) &&
-                       io::is_digit(stem.back()) && stem.back() != '0';
+                       text::is_digit(stem.back()) && stem.back() != '0';
   return is_port || kDevices.contains(stem);
 }
 
@@ -125,11 +125,11 @@ std::string folder_name(const Landmarks& shape, std::size_t number) {
 std::vector<std::string> folder_names(const std::vector<Landmarks>& shapes, const std::vector<std::string>& others) {
   std::vector<std::string> names;
   std::set<std::string> taken;  // in lower case, as some file systems do not distinguish it
-  for (const std::string& other : others) taken.insert(io::to_lower(other));
+  for (const std::string& other : others) taken.insert(text::to_lower(other));
   for (std::size_t s = 0; s < shapes.size(); ++s) {
     const std::string name = folder_name(shapes[s], s + 1);
     std::string free = name;
-    for (int k = 2; !taken.insert(io::to_lower(free)).second; ++k) free = fmt::format("{}_{}", name, k);
+    for (int k = 2; !taken.insert(text::to_lower(free)).second; ++k) free = fmt::format("{}_{}", name, k);
     names.push_back(free);
   }
   return names;

@@ -33,7 +33,7 @@ std::string fact_text(const FactValue& value, const char* format, double times) 
   return std::get<std::string>(value);
 }
 
-void add_fact(io::CsvTable& table, const FactValue& value) {
+void add_fact(text::CsvTable& table, const FactValue& value) {
   if (const double* number = std::get_if<double>(&value)) table.number(*number);
   if (const Estimate* estimate = std::get_if<Estimate>(&value))
     table.numbers(estimate->value, estimate->standard_error);

@@ -39,7 +39,7 @@ std::string fact_text(const FactValue& value, const char* format, double times);
 bool is_missing(const FactValue& value);
 
 /// A cell, of an estimate two.
-void add_fact(io::CsvTable& table, const FactValue& value);
+void add_fact(text::CsvTable& table, const FactValue& value);
 
 template <class Row>
 const Fact<Row>& fact_of(const Facts<Row>& facts, std::string_view key) {
@@ -57,7 +57,7 @@ Facts<Row> chosen(const Facts<Row>& facts, std::initializer_list<std::string_vie
 }
 
 template <class Row>
-void add_header(io::CsvTable& table, const Facts<Row>& facts, const Row& row) {
+void add_header(text::CsvTable& table, const Facts<Row>& facts, const Row& row) {
   for (const Fact<Row>& fact : facts) {
     table.word(fact.key);
     if (std::holds_alternative<Estimate>(fact.value(row))) table.word(std::string(fact.key) + "_error");
@@ -65,7 +65,7 @@ void add_header(io::CsvTable& table, const Facts<Row>& facts, const Row& row) {
 }
 
 template <class Row>
-void add_facts(io::CsvTable& table, const Facts<Row>& facts, const Row& row) {
+void add_facts(text::CsvTable& table, const Facts<Row>& facts, const Row& row) {
   for (const Fact<Row>& fact : facts) add_fact(table, fact.value(row));
 }
 

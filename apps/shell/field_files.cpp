@@ -30,7 +30,7 @@ constexpr double kFrameDpi = 48;                    // of an animation: half the
 enum class FieldFormat { kArray, kTable, kPicture, kAnimation };
 
 FieldFormat format_of(const std::string& file) {
-  const std::string extension = io::to_lower(std::filesystem::path(file).extension().string());
+  const std::string extension = text::to_lower(std::filesystem::path(file).extension().string());
   if (extension == ".npy") return FieldFormat::kArray;
   if (extension == ".csv") return FieldFormat::kTable;
   if (is_drawing_file(file)) return FieldFormat::kPicture;
@@ -48,7 +48,7 @@ std::vector<std::size_t> sizes_of(const warp::VelocityField& field) {
 std::string field_csv(const warp::VelocityField& field) {
   const auto d = static_cast<Eigen::Index>(field.grid.size());
   const Points points = warp::grid_points(field.grid);
-  io::CsvTable table;
+  text::CsvTable table;
   table.word("time");
   for (Eigen::Index i = 0; i < d; ++i) table.word(std::string_view("xyz").substr(static_cast<std::size_t>(i), 1));
   records::add_axis_names(table, "u", d);

@@ -25,13 +25,13 @@ void check_picture_size(const std::optional<double>& width, double dpi) {
 }
 
 bool is_drawing_file(const std::filesystem::path& file) {
-  const std::string extension = io::to_lower(file.extension().string());
+  const std::string extension = text::to_lower(file.extension().string());
   return extension == ".png" || extension == ".svg" || extension == ".pdf";
 }
 
 draw::PictureFiles drawing_as(const std::filesystem::path& file, const std::optional<double>& width, double dpi) {
   draw::PictureFiles files{.width = width, .dpi = dpi};
-  const std::string extension = io::to_lower(file.extension().string());
+  const std::string extension = text::to_lower(file.extension().string());
   (extension == ".svg" ? files.svg : extension == ".pdf" ? files.pdf : files.png) = file;
   return files;
 }

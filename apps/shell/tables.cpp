@@ -18,7 +18,7 @@ void add_table_option(CLI::App& verb) {
 
 bool makes_tables_safe() { return for_spreadsheets; }
 
-std::string as_table(std::string csv) { return for_spreadsheets ? io::spreadsheet_safe(csv) : std::move(csv); }
+std::string as_table(std::string csv) { return for_spreadsheets ? text::spreadsheet_safe(csv) : std::move(csv); }
 
 std::vector<std::string> write_landmarks(const std::filesystem::path& path, const formats::LandmarkFile& file,
                                          std::string_view format) {

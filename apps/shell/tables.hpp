@@ -17,7 +17,7 @@ void add_table_option(CLI::App& verb);
 /// Whether --spreadsheet-safe was given.
 bool makes_tables_safe();
 
-/// The text of a table as it is to be written: with --spreadsheet-safe, io::spreadsheet_safe() of it.
+/// The text of a table as it is to be written: with --spreadsheet-safe, text::spreadsheet_safe() of it.
 std::string as_table(std::string csv);
 
 /// write_landmark_file(), and as_table() where the format is csv.

@@ -65,7 +65,7 @@ struct PointsInput {
 };
 
 std::string extension(const std::string& path) {
-  return io::to_lower(std::filesystem::path(path).extension().string());
+  return text::to_lower(std::filesystem::path(path).extension().string());
 }
 
 /// Whether the result is in the format of the input. A table whose name does not say what is between its columns may
@@ -118,7 +118,7 @@ void drop_half_points(const std::vector<Points*>& blocks, const WarpArguments& a
     for (auto point : block->colwise()) {
       if (!point.hasNaN()) continue;
       if (!point.array().isNaN().all()) ++halves;
-      point.setConstant(io::kMissing);
+      point.setConstant(text::kMissing);
     }
   if (halves > 0)
     notes.push_back(fmt::format("{}: {} a coordinate and cannot be moved: all of its coordinates are missing in {}",

@@ -64,7 +64,7 @@ std::vector<AtlasSpecimen> aligned_with(const Landmarks& mean, const std::vector
     specimen.shape = shapes[i];
     specimen.centroid_size = centroid_size(shapes[i].points);
     Points& points = specimen.shape.points;
-    for (const int a : incomplete_points(points)) points.col(a).setConstant(io::kMissing);
+    for (const int a : incomplete_points(points)) points.col(a).setConstant(text::kMissing);
     require_determined(points, mean.points, kind, shapes[i].source);
     points = inverted(align(mean.points, points, kind)).apply(points);
     specimen.momenta = Points::Zero(points.rows(), points.cols());

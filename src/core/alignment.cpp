@@ -171,8 +171,8 @@ void require_determined(const Points& source, const Points& target, AlignmentKin
   throw InputError(fmt::format(
       "{}: the match is undetermined: alignment {} has {} in {}D, no fewer than the {} of the {} observed in both "
       "shapes; use `align = {}`",
-      shape, alignment_name(kind), io::counted(static_cast<std::size_t>(alignment_parameters(kind, d)), "parameter"), d,
-      io::counted(observed * static_cast<std::size_t>(d), "coordinate"), io::counted(observed, "landmark"),
+      shape, alignment_name(kind), text::counted(static_cast<std::size_t>(alignment_parameters(kind, d)), "parameter"),
+      d, text::counted(observed * static_cast<std::size_t>(d), "coordinate"), text::counted(observed, "landmark"),
       translation_does ? "translation" : "none"));
 }
 

@@ -8,7 +8,7 @@
 
 #include "core/text.hpp"
 
-namespace pulson::io {
+namespace pulson::text {
 namespace {
 
 constexpr std::string_view kFormulaBegins = "=+-@\t\r";
@@ -86,4 +86,4 @@ std::string spreadsheet_safe(std::string_view csv) {
   return safe;
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::text

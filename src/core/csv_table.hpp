@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-namespace pulson::io {
+namespace pulson::text {
 
 /// The text of a table, cell by cell: RFC 4180 but for its line ends, which are LF. Commas are between the cells; cells
 /// in quotes may hold anything, also line breaks and outer blanks, and quotes in them are doubled. Every text that
@@ -78,4 +78,4 @@ class CsvTable {
 /// a carriage return has a `'` before it. Numbers stay as they are.
 std::string spreadsheet_safe(std::string_view csv);
 
-}  // namespace pulson::io
+}  // namespace pulson::text

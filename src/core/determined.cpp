@@ -15,7 +15,7 @@ void require_determined_parameters(std::string_view what, Eigen::Index parameter
   const Eigen::Index left = std::max<Eigen::Index>(coordinates, 0);
   throw InputError(fmt::format("{} undetermined: there {} {}, and {} {} to determine {}; {}", what,
                                parameters == 1 ? "is" : "are",
-                               io::counted(static_cast<std::size_t>(parameters), "parameter"), left,
+                               text::counted(static_cast<std::size_t>(parameters), "parameter"), left,
                                left == 1 ? "coordinate" : "coordinates", parameters == 1 ? "it" : "them", remedy));
 }
 

@@ -161,7 +161,7 @@ std::vector<int> places_in_list(const Landmarks& shape, const NameList& list, st
   if (by == PairBy::kOrder || mine.names == list.names) {
     if (count != landmarks)
       throw InputError(fmt::format("{} has {} of numbers; each of the {} landmarks needs one", list.source,
-                                   io::counted(count, "row"), landmarks));
+                                   text::counted(count, "row"), landmarks));
     std::vector<int> all(landmarks);
     std::iota(all.begin(), all.end(), 0);
     return all;
@@ -171,7 +171,7 @@ std::vector<int> places_in_list(const Landmarks& shape, const NameList& list, st
     throw InputError(fmt::format("{} has no row for {} of the {} landmarks of {}, and each needs {}: {}", list.source,
                                  lonely.size(), landmarks, shape.source, what, all_listed(shape, lonely)));
   if (const std::size_t spare = count - landmarks; spare > 0)
-    notes.push_back(fmt::format("{}: {} {} to no landmark and {} not used", list.source, io::counted(spare, "row"),
+    notes.push_back(fmt::format("{}: {} {} to no landmark and {} not used", list.source, text::counted(spare, "row"),
                                 spare == 1 ? "belongs" : "belong", spare == 1 ? "is" : "are"));
   return match.partners;
 }

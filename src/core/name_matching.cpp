@@ -67,20 +67,20 @@ std::string_view without_path(std::string_view name) {
   for (;;) {
     const std::size_t dot = name.rfind('.');
     if (dot == std::string_view::npos || dot == 0) return name;
-    const std::string ending = " " + io::to_lower(name.substr(dot + 1)) + " ";
+    const std::string ending = " " + text::to_lower(name.substr(dot + 1)) + " ";
     if (kExtensions.find(ending) == std::string_view::npos) return name;
     name = name.substr(0, dot);
   }
 }
 
-bool is_digit_at(std::string_view text, std::size_t i) { return i < text.size() && io::is_digit(text[i]); }
+bool is_digit_at(std::string_view text, std::size_t i) { return i < text.size() && text::is_digit(text[i]); }
 
 // Zeros behind a decimal point are none: 1.05.
 std::string without_leading_zeros(std::string_view name) {
   std::string text;
   for (std::size_t i = 0; i < name.size(); ++i) {
-    const bool begins_number = name[i] == '0' && (text.empty() || !io::is_digit(text.back()));
-    const bool is_decimal = text.size() > 1 && text.back() == '.' && io::is_digit(text[text.size() - 2]);
+    const bool begins_number = name[i] == '0' && (text.empty() || !text::is_digit(text.back()));
+    const bool is_decimal = text.size() > 1 && text.back() == '.' && text::is_digit(text[text.size() - 2]);
     if (begins_number && !is_decimal && is_digit_at(name, i + 1)) continue;
     text += name[i];
   }
@@ -98,7 +98,7 @@ std::string without_separators(std::string_view name) {
       is_parted = true;
       continue;
     }
-    if (is_parted && !text.empty() && io::is_digit(text.back()) && io::is_digit(c)) text += '-';
+    if (is_parted && !text.empty() && text::is_digit(text.back()) && text::is_digit(c)) text += '-';
     is_parted = false;
     text += c;
   }
@@ -107,7 +107,7 @@ std::string without_separators(std::string_view name) {
 
 std::string plain_key(std::string_view name, unsigned ignored) {
   std::string key(ignored & kPath ? without_path(name) : name);
-  if (ignored & kCase) key = io::to_lower(key);
+  if (ignored & kCase) key = text::to_lower(key);
   if (ignored & kZeros) key = without_leading_zeros(key);
   return ignored & kSeparators ? without_separators(key) : key;
 }
@@ -138,7 +138,7 @@ std::string common_prefix(const Keys& keys) {
   const auto cuts = [&](const std::string& key) {
     const std::size_t end = common.size();
     if (end >= key.size()) return false;
-    return !begins_character(key[end]) || (io::is_digit(common.back()) && io::is_digit(key[end]));
+    return !begins_character(key[end]) || (text::is_digit(common.back()) && text::is_digit(key[end]));
   };
   while (!common.empty() && std::any_of(keys.begin(), keys.end(), cuts)) common.remove_suffix(1);
   return std::string(common);
@@ -156,7 +156,7 @@ std::string common_suffix(const Keys& keys) {
   for (const std::string& key : backwards) common = common.substr(0, common_length(common, key));
   const auto cuts = [&](const std::string& key) {
     const std::size_t end = common.size();
-    return !begins_character(common.back()) || (io::is_digit(common.back()) && is_digit_at(key, end));
+    return !begins_character(common.back()) || (text::is_digit(common.back()) && is_digit_at(key, end));
   };
   while (!common.empty() && std::any_of(backwards.begin(), backwards.end(), cuts)) common.remove_suffix(1);
   return {common.rbegin(), common.rend()};
@@ -184,7 +184,7 @@ Affixes affixes_of(const Keys& keys) {
 bool are_numbers(const Keys& keys) {
   const auto is_whole = [](const std::string& key) {
     constexpr std::size_t kMostDigits = 9;  // of an int
-    return !key.empty() && key.size() <= kMostDigits && std::all_of(key.begin(), key.end(), io::is_digit);
+    return !key.empty() && key.size() <= kMostDigits && std::all_of(key.begin(), key.end(), text::is_digit);
   };
   return !keys.empty() && std::all_of(keys.begin(), keys.end(), is_whole);
 }

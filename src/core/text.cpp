@@ -13,7 +13,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 
-namespace pulson::io {
+namespace pulson::text {
 
 namespace {
 
@@ -174,7 +174,7 @@ std::vector<std::string> unless_all_empty(std::vector<std::string> texts) {
   return texts;
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::text
 
 namespace pulson {
 

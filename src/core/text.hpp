@@ -11,7 +11,7 @@
 
 #include <Eigen/Core>
 
-namespace pulson::io {
+namespace pulson::text {
 
 /// All of a file of up to kMostText bytes, as read_file() reads it. @throws InputError if it cannot be read, holds only
 /// blanks, or begins as text in UTF-16 does.
@@ -106,7 +106,7 @@ Eigen::MatrixXd points_from(const std::vector<double>& coordinates, std::size_t 
 /// The texts; nothing where all of them are empty.
 std::vector<std::string> unless_all_empty(std::vector<std::string> texts);
 
-}  // namespace pulson::io
+}  // namespace pulson::text
 
 namespace pulson {
 

@@ -200,7 +200,7 @@ void check(const EnsembleOptions& options) {
         fmt::format("shard {} of {}: shards are counted from 1 to their number", shard.index, shard.count));
   if (shard.count > blocks_of(options))
     throw InputError(fmt::format("{} samples are {} of {} paths; there cannot be {} shards", options.samples,
-                                 io::counted(static_cast<std::size_t>(blocks_of(options)), "block"), kBatch,
+                                 text::counted(static_cast<std::size_t>(blocks_of(options)), "block"), kBatch,
                                  shard.count));
 }
 

@@ -48,8 +48,8 @@ void check_sizes(const std::string& path, const Grid& field, bool any_components
 void check_places(const std::string& path, const Grid& field) {
   const std::size_t d = field.sizes.size();
   if (field.spacing.size() != d || field.origin.size() != d)
-    refuse(path, fmt::format("{} and {} of the origin for {} axes", io::counted(field.spacing.size(), "spacing"),
-                             io::counted(field.origin.size(), "coordinate"), d));
+    refuse(path, fmt::format("{} and {} of the origin for {} axes", text::counted(field.spacing.size(), "spacing"),
+                             text::counted(field.origin.size(), "coordinate"), d));
   for (const double spacing : field.spacing)
     if (!(std::isfinite(spacing) && spacing > 0))
       refuse(path, fmt::format("a spacing is {}; it must be finite and greater than 0", spacing));
@@ -76,19 +76,19 @@ void check(const std::string& path, const Grid& field, bool any_components) {
 }
 
 void write(const std::filesystem::path& path, Grid grid, bool compressed, bool any_components) {
-  const std::string extension = io::to_lower(path.extension().string());
+  const std::string extension = text::to_lower(path.extension().string());
   const auto* const format = std::find_if(std::begin(kFormats), std::end(kFormats),
                                           [&](const GridFormat& f) { return f.extension == extension; });
   if (format == std::end(kFormats))
-    refuse(path.string(), fmt::format("its extension is {}; it must be .mha or .nrrd", io::in_quotes(extension)));
+    refuse(path.string(), fmt::format("its extension is {}; it must be .mha or .nrrd", text::in_quotes(extension)));
   const auto d = static_cast<Eigen::Index>(grid.sizes.size());
   if (grid.direction.size() == 0) grid.direction = Eigen::MatrixXd::Identity(d, d);
   check(path.string(), grid, any_components);
   const std::size_t values = grid.bytes.size() / byte_count(grid.type);
   if (const auto count = grid_count(grid.sizes, grid.components); count != values)
-    refuse(path.string(),
-           fmt::format("it has {}; sizes {} of {} need {}", io::counted(values, "value"), fmt::join(grid.sizes, " × "),
-                       io::counted(grid.components, "number"), count ? std::to_string(*count) : "too many"));
+    refuse(path.string(), fmt::format("it has {}; sizes {} of {} need {}", text::counted(values, "value"),
+                                      fmt::join(grid.sizes, " × "), text::counted(grid.components, "number"),
+                                      count ? std::to_string(*count) : "too many"));
   write_file_atomically(path, format->file(grid, compressed));
 }
 
@@ -99,7 +99,7 @@ Grid read(const std::filesystem::path& path, const GridLimits& limits) {
       std::find_if(std::begin(kFormats), std::end(kFormats), [&](const GridFormat& f) { return f.sniff(text); });
   if (format == std::end(kFormats))
     throw InputError(path.string() + " is neither MetaImage (.mha) nor NRRD (.nrrd); it begins with " +
-                     io::in_quotes(std::string_view(text).substr(0, text.find_first_of("\r\n"))));
+                     text::in_quotes(std::string_view(text).substr(0, text.find_first_of("\r\n"))));
   Grid grid = format->read(path.string(), text, limits);
   check(path.string(), grid, limits.any_components);
   return grid;

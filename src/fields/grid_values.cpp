@@ -98,7 +98,7 @@ std::string inflated(std::string_view stream_bytes, std::size_t size, const std:
 // ---- headers
 
 std::string plain_key(std::string_view key) {
-  std::string plain = io::to_lower(key);
+  std::string plain = text::to_lower(key);
   std::erase(plain, ' ');
   return plain;
 }
@@ -107,9 +107,9 @@ std::string plain_key(std::string_view key) {
 
 void GridHeader::add(std::size_t line, std::string_view key, std::string_view value) {
   const auto [entry, is_new] =
-      entries_.try_emplace(plain_key(key), HeaderEntry{line, std::string(key), io::trim(value)});
+      entries_.try_emplace(plain_key(key), HeaderEntry{line, std::string(key), text::trim(value)});
   if (!is_new)
-    io::fail(path_, line, fmt::format("{} was given on line {} already", io::in_quotes(key), entry->second.line));
+    text::fail(path_, line, fmt::format("{} was given on line {} already", text::in_quotes(key), entry->second.line));
 }
 
 const HeaderEntry* GridHeader::find(std::initializer_list<std::string_view> keys) const {
@@ -126,12 +126,12 @@ const HeaderEntry& GridHeader::need(std::initializer_list<std::string_view> keys
 std::vector<double> GridHeader::numbers(const HeaderEntry& entry, std::string_view text, std::size_t count) const {
   const std::string what = fmt::format("{}:{}: a number of {}", path_, entry.line, entry.key);
   std::vector<double> values;
-  for (const std::string_view word : io::split_words(text)) {
+  for (const std::string_view word : text::split_words(text)) {
     values.push_back(parse_number(word, what));
     if (!std::isfinite(values.back())) refuse(entry, "its numbers must be finite");
   }
   if (values.size() != count)
-    refuse(entry, fmt::format("{} needed", count == 1 ? "1 number is" : io::counted(count, "number") + " are"));
+    refuse(entry, fmt::format("{} needed", count == 1 ? "1 number is" : text::counted(count, "number") + " are"));
   return values;
 }
 
@@ -156,7 +156,7 @@ std::vector<std::pair<std::string, std::string>> GridHeader::others(std::span<co
 }
 
 void GridHeader::refuse(const HeaderEntry& entry, const std::string& what) const {
-  io::fail(path_, entry.line, fmt::format("{} is {}; {}", entry.key, io::in_quotes(entry.value), what));
+  text::fail(path_, entry.line, fmt::format("{} is {}; {}", entry.key, text::in_quotes(entry.value), what));
 }
 
 std::string_view take_header_line(std::string_view& text) {
@@ -211,7 +211,7 @@ const GridNumberType* find_meta_image_type(std::string_view name) {
 }
 
 const GridNumberType* find_nrrd_type(std::string_view name) {
-  return find_type([lower = io::to_lower(name)](const GridNumberType& type) { return holds_name(type.nrrd, lower); });
+  return find_type([lower = text::to_lower(name)](const GridNumberType& type) { return holds_name(type.nrrd, lower); });
 }
 
 const GridNumberType& grid_number_type(GridType type) {
@@ -235,7 +235,7 @@ std::vector<std::byte> grid_bytes(const std::string& path, const GridBytes& byte
   const std::optional<std::size_t> size = count ? product(*count, number_size) : std::nullopt;
   const std::string need =
       fmt::format("{}: sizes {} of {} of {} need", path, fmt::join(sizes, " × "),
-                  io::counted(static_cast<std::size_t>(components), "number"), io::counted(number_size, "byte"));
+                  text::counted(static_cast<std::size_t>(components), "number"), text::counted(number_size, "byte"));
   if (!size) throw InputError(need + " more bytes than any file has");
   std::string raw;
   if (bytes.is_compressed) {

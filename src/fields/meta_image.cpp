@@ -41,11 +41,11 @@ GridHeader take_meta_header(const std::string& path, std::string_view& text) {
   GridHeader header(path);
   for (std::size_t line = 1; !text.empty(); ++line) {
     const std::string_view entry = take_header_line(text);
-    if (io::trim(entry).empty()) continue;
+    if (text::trim(entry).empty()) continue;
     const std::size_t equals = entry.find('=');
     if (equals == std::string_view::npos)
-      io::fail(path, line, io::in_quotes(entry) + " is in the header; 'Key = value' is needed");
-    header.add(line, io::trim(entry.substr(0, equals)), entry.substr(equals + 1));
+      text::fail(path, line, text::in_quotes(entry) + " is in the header; 'Key = value' is needed");
+    header.add(line, text::trim(entry.substr(0, equals)), entry.substr(equals + 1));
     if (header.find({"ElementDataFile"}) != nullptr) break;
   }
   const HeaderEntry& file = header.need({"ElementDataFile"});
@@ -57,7 +57,7 @@ GridHeader take_meta_header(const std::string& path, std::string_view& text) {
 bool flag(const GridHeader& header, std::initializer_list<std::string_view> keys, bool otherwise) {
   const HeaderEntry* const entry = header.find(keys);
   if (entry == nullptr) return otherwise;
-  const std::string value = io::to_lower(entry->value);
+  const std::string value = text::to_lower(entry->value);
   if (value != "true" && value != "false") header.refuse(*entry, "it must be True or False");
   return value == "true";
 }
@@ -85,7 +85,7 @@ GridBytes bytes_of_meta_image(const GridHeader& header, std::string_view text) {
 
 bool sniff_meta_image(std::string_view text) {
   const std::string_view first = take_header_line(text);
-  const std::string key = io::to_lower(io::trim(first.substr(0, std::min(first.find('='), first.size()))));
+  const std::string key = text::to_lower(text::trim(first.substr(0, std::min(first.find('='), first.size()))));
   return key == "objecttype" || key == "ndims" || key == "comment";
 }
 

@@ -19,7 +19,7 @@ GridHeader take_nrrd_header(const std::string& path, std::string_view& text, Lin
   GridHeader header(path);
   take_header_line(text);
   for (std::size_t line = 2;; ++line) {
-    if (text.empty()) io::fail(path, line, "the file ends in its header; an empty line and the numbers are needed");
+    if (text.empty()) text::fail(path, line, "the file ends in its header; an empty line and the numbers are needed");
     const std::string_view entry = take_header_line(text);
     if (entry.empty()) return header;
     const std::size_t colon = entry.find(':');
@@ -29,7 +29,7 @@ GridHeader take_nrrd_header(const std::string& path, std::string_view& text, Lin
       continue;
     }
     if (colon == std::string_view::npos)
-      io::fail(path, line, io::in_quotes(entry) + " is in the header; 'field: value' is needed");
+      text::fail(path, line, text::in_quotes(entry) + " is in the header; 'field: value' is needed");
     header.add(line, entry.substr(0, colon), entry.substr(colon + 1));
   }
 }
@@ -37,7 +37,7 @@ GridHeader take_nrrd_header(const std::string& path, std::string_view& text, Lin
 /// `(1,2) none (3, 4)` as vectors of d numbers; none is an empty one.
 std::vector<std::vector<double>> vectors(const GridHeader& header, const HeaderEntry& entry, std::size_t d) {
   std::vector<std::vector<double>> result;
-  for (std::string_view left = entry.value; !left.empty(); left = io::trim(left)) {
+  for (std::string_view left = entry.value; !left.empty(); left = text::trim(left)) {
     const std::size_t end = left.find(')');
     if (left.starts_with("none")) {
       result.emplace_back();
@@ -63,8 +63,8 @@ bool has_components(const GridHeader& header, std::size_t axes) {
   if (entry == nullptr) return result;
   const auto is_of_space = [](std::string_view kind) { return kind == "domain" || kind == "space"; };
   const auto is_unknown = [](std::string_view kind) { return kind == "none" || kind == "???"; };
-  const std::vector<std::string_view> kinds = io::split_words(entry->value);
-  if (kinds.size() != axes) header.refuse(*entry, io::counted(axes, "kind") + " are needed");
+  const std::vector<std::string_view> kinds = text::split_words(entry->value);
+  if (kinds.size() != axes) header.refuse(*entry, text::counted(axes, "kind") + " are needed");
   if (!std::all_of(kinds.begin() + 1, kinds.end(), [&](auto kind) { return is_of_space(kind) || is_unknown(kind); }))
     header.refuse(*entry, "the axis of components must be the first and the others domain");
   return is_unknown(kinds.front()) ? result : !is_of_space(kinds.front());
@@ -72,7 +72,7 @@ bool has_components(const GridHeader& header, std::size_t axes) {
 
 void check_space(const GridHeader& header, int d) {
   if (const HeaderEntry* const space = header.find({"space"})) {
-    const std::string name = io::to_lower(space->value);
+    const std::string name = text::to_lower(space->value);
     if (d != 3 || (name != kLps && name != "lps"))
       header.refuse(*space, fmt::format("it must be {} in 3D and not be there in 2D", kLps));
   } else if (const HeaderEntry* const dimension = header.find({"space dimension"})) {
@@ -90,7 +90,7 @@ void read_directions(const GridHeader& header, std::size_t before, Grid& field) 
   field.spacing.assign(d, 1);
   if (const HeaderEntry* const directions = header.find({"space directions"})) {
     const auto axes = vectors(header, *directions, d);
-    if (axes.size() != d + before) header.refuse(*directions, io::counted(d + before, "vector") + " are needed");
+    if (axes.size() != d + before) header.refuse(*directions, text::counted(d + before, "vector") + " are needed");
     for (Eigen::Index k = 0; k < d; ++k) {
       if (axes[k + before].empty()) header.refuse(*directions, "each axis in space needs a vector");
       const Eigen::VectorXd axis = Eigen::VectorXd::Map(axes[k + before].data(), d);
@@ -124,14 +124,14 @@ GridBytes bytes_of_nrrd(const GridHeader& header, std::string_view text) {
   const GridNumberType* const type = find_nrrd_type(name.value);
   if (type == nullptr) header.refuse(name, "it must be float, double or a whole type such as uint8");
   const HeaderEntry& encoding = header.need({"encoding"});
-  const std::string how = io::to_lower(encoding.value);
+  const std::string how = text::to_lower(encoding.value);
   const bool is_compressed = how == "gzip" || how == "gz";
   if (!is_compressed && how != "raw") header.refuse(encoding, "it must be raw or gzip");
   bool is_big_endian = false;
   if (byte_count(type->type) > 1) {
     const HeaderEntry& endian = header.need({"endian"});
-    is_big_endian = io::to_lower(endian.value) == "big";
-    if (!is_big_endian && io::to_lower(endian.value) != "little") header.refuse(endian, "it must be little or big");
+    is_big_endian = text::to_lower(endian.value) == "big";
+    if (!is_big_endian && text::to_lower(endian.value) != "little") header.refuse(endian, "it must be little or big");
   }
   return {text, *type, is_big_endian, is_compressed};
 }
@@ -153,7 +153,7 @@ Grid read_nrrd(const std::string& path, std::string_view text, const GridLimits&
   if (has_components(header, axes)) {
     field.components = field.sizes.front();
     field.sizes.erase(field.sizes.begin());
-    if (const HeaderEntry* const kinds = header.find({"kinds"})) field.kind = io::split_words(kinds->value).front();
+    if (const HeaderEntry* const kinds = header.find({"kinds"})) field.kind = text::split_words(kinds->value).front();
   }
   const auto d = static_cast<int>(field.sizes.size());
   if (d != 2 && d != 3) header.refuse(dimension, fmt::format("its axes of space are {}, and must be 2 or 3", d));

@@ -19,13 +19,13 @@ void GatheredPoints::add(const Eigen::VectorXd& point, std::string label, std::s
 }
 
 void GatheredPoints::add_missing(std::string label, std::string group) {
-  add(Eigen::VectorXd::Constant(dimension_, io::kMissing), std::move(label), std::move(group));
+  add(Eigen::VectorXd::Constant(dimension_, text::kMissing), std::move(label), std::move(group));
 }
 
 void GatheredPoints::move_to(Landmarks& shape) {
-  shape.points = io::points_from(coordinates_, static_cast<std::size_t>(dimension_));
-  shape.labels = io::unless_all_empty(std::move(labels_));
-  shape.groups = io::unless_all_empty(std::move(groups_));
+  shape.points = text::points_from(coordinates_, static_cast<std::size_t>(dimension_));
+  shape.labels = text::unless_all_empty(std::move(labels_));
+  shape.groups = text::unless_all_empty(std::move(groups_));
 }
 
 void name_by_images(std::vector<Landmarks>& shapes) {
@@ -33,7 +33,7 @@ void name_by_images(std::vector<Landmarks>& shapes) {
   for (const Landmarks& shape : shapes) ++of_image[shape.image];
   std::map<std::string, std::size_t> seen;
   for (Landmarks& shape : shapes) {
-    const std::string stem = io::image_stem(shape.image);
+    const std::string stem = text::image_stem(shape.image);
     const std::size_t number = ++seen[shape.image];
     if (stem.empty() || !shape.name.empty()) continue;
     shape.name = of_image[shape.image] == 1 ? stem : fmt::format("{}_{}", stem, number);
@@ -59,7 +59,7 @@ void drop_repeated_labels(const std::string& path, LandmarkFile& file) {
     const std::string repeated = repeated_label(shape);
     if (repeated.empty()) continue;
     file.warnings.push_back(fmt::format("{}: the label {} repeats within a shape; landmarks are known by their number",
-                                        path, io::in_quotes(repeated)));
+                                        path, text::in_quotes(repeated)));
     for (Landmarks& other : file.shapes) other.labels.clear();
     return;
   }

@@ -60,9 +60,9 @@ bool set_part(Frame& frame, std::string_view word) {
 
 Frame frame_of_words(const std::string& path, std::size_t line, std::string_view text) {
   Frame frame;
-  for (const std::string_view word : io::split_words(text)) {
+  for (const std::string_view word : text::split_words(text)) {
     if (!set_part(frame, word))
-      io::fail(path, line, fmt::format("{} is no part of a frame, {}", io::in_quotes(word), kFrameExample));
+      text::fail(path, line, fmt::format("{} is no part of a frame, {}", text::in_quotes(word), kFrameExample));
     frame.says_y = frame.says_y || word.starts_with("y=");
   }
   return frame;
@@ -95,14 +95,14 @@ struct FrameLine {
 };
 
 std::optional<FrameLine> find_frame_line(std::string_view text) {
-  const char end = io::line_end_of(text);
-  text = io::without_byte_order_mark(text);
+  const char end = text::line_end_of(text);
+  text = text::without_byte_order_mark(text);
   for (std::size_t number = 1; !text.empty(); ++number) {
-    const std::string_view whole = io::take_line(text, end);
-    std::string_view line = io::trim(whole);
+    const std::string_view whole = text::take_line(text, end);
+    std::string_view line = text::trim(whole);
     if (line.empty()) continue;
     if (!line.starts_with('#')) return std::nullopt;
-    line = io::trim(line.substr(1));
+    line = text::trim(line.substr(1));
     if (line.starts_with(kFrameComment)) return FrameLine{number, whole, line.substr(kFrameComment.size())};
   }
   return std::nullopt;

@@ -17,7 +17,7 @@
 namespace pulson::formats {
 
 const std::vector<LandmarkFormat>& landmark_formats() {
-  using namespace io;
+  using namespace text;
   static const std::vector<LandmarkFormat> formats = {
       npy_format(),         npz_format(),     imagej_roi_format(), vtk_format(),          fcsv_format(),
       markups_format(),     labelme_format(), menpo_format(),      coco_format(),         openpose_format(),
@@ -47,11 +47,11 @@ namespace {
 std::string first_line(std::string_view contents) {
   const std::size_t begin = contents.find_first_not_of(" \t\r\n");
   contents.remove_prefix(begin);
-  return io::in_quotes(contents.substr(0, contents.find_first_of("\r\n")));
+  return text::in_quotes(contents.substr(0, contents.find_first_of("\r\n")));
 }
 
 std::string extension_of(const std::filesystem::path& path) {
-  const std::string dotted = io::to_lower(path.extension().string());
+  const std::string dotted = text::to_lower(path.extension().string());
   return dotted.substr(std::min<std::size_t>(1, dotted.size()));
 }
 
@@ -63,7 +63,7 @@ void require_no_other_kind(const std::filesystem::path& path, std::string_view c
 
 /// How long the extension of `format` is that the file's name ends in; 0 where there is none.
 std::size_t matched_length(const std::filesystem::path& path, const LandmarkFormat& format) {
-  const std::string name = io::to_lower(path.filename().string());
+  const std::string name = text::to_lower(path.filename().string());
   std::size_t longest = 0;
   for (const std::string& extension : format.extensions)
     if (name.ends_with("." + extension)) longest = std::max(longest, extension.size());
@@ -183,7 +183,7 @@ std::string note_of_zeros(const std::vector<Landmarks>& shapes) {
       "{} at 0 in each coordinate, the first of them in {}, often those that were not digitised, read as points like "
       "any "
       "other: `zero_is_missing` distinguishes them",
-      io::counted(zeros, "landmark"), io::in_quotes(first->name));
+      text::counted(zeros, "landmark"), text::in_quotes(first->name));
 }
 
 /// Landmarks with −1 in all coordinates, in shapes that have no other negative coordinate.
@@ -236,9 +236,9 @@ std::vector<std::string> write_landmark_file(const std::filesystem::path& path, 
 }
 
 LandmarkFile read_all_shapes(const std::filesystem::path& given, const ReadOptions& options) {
-  const bool is_standard_input = given == "-" || given == io::kStandardInput;
+  const bool is_standard_input = given == "-" || given == text::kStandardInput;
   const std::filesystem::path path = is_standard_input ? "standard input" : given;
-  return shapes_of_text(path, is_standard_input ? io::read_standard_input() : io::read_text_file(path), options);
+  return shapes_of_text(path, is_standard_input ? text::read_standard_input() : text::read_text_file(path), options);
 }
 
 const LandmarkFormat& landmark_format_of(const std::filesystem::path& path, std::string_view text,
@@ -275,7 +275,7 @@ LandmarkFile shapes_of_text(const std::filesystem::path& path, std::string conte
     file.warnings.push_back(fmt::format(
         "{}: {} with -1 in each coordinate, often the mark of a missing one, read as a point like any other: "
         "`negative_is_missing` distinguishes them",
-        path.string(), io::counted(marks, "landmark")));
+        path.string(), text::counted(marks, "landmark")));
   return file;
 }
 

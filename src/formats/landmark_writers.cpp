@@ -21,7 +21,7 @@ bool is_named_by_source(const Landmarks& shape) {
 }
 
 std::string called(const Landmarks& shape) {
-  return shape.name.empty() ? "the shape" : "the shape " + io::in_quotes(shape.name);
+  return shape.name.empty() ? "the shape" : "the shape " + text::in_quotes(shape.name);
 }
 
 }  // namespace
@@ -61,8 +61,8 @@ std::vector<std::string> losses_of(const Target& target, const LandmarkFile& fil
   lose(held.lines, "outlines", [](const Landmarks& shape) { return !shape.outlines.empty(); });
   lose(held.links, "links", [](const Landmarks& shape) { return !shape.links.empty(); });
   if (!held.units && !file.units.empty())
-    losses.push_back(cannot_hold(target, "the units " + io::in_quotes(file.units)));
-  if (!held.axes && !file.axes.empty()) losses.push_back(cannot_hold(target, "the axes " + io::in_quotes(file.axes)));
+    losses.push_back(cannot_hold(target, "the units " + text::in_quotes(file.units)));
+  if (!held.axes && !file.axes.empty()) losses.push_back(cannot_hold(target, "the axes " + text::in_quotes(file.axes)));
   return losses;
 }
 
@@ -76,7 +76,7 @@ std::string one_line(std::string text, bool& is_changed) {
       c = ' ';
       is_changed = true;
     }
-  std::string trimmed(io::trim(text));
+  std::string trimmed(text::trim(text));
   is_changed = is_changed || trimmed != text;
   return trimmed;
 }

@@ -27,8 +27,8 @@ struct Address {
 /// The path may hold '#' itself: it is the longest part before a '#', or the whole, that is there; else the part before
 /// the last '#'.
 Address split_address(const std::string& address) {
-  if (address == "-") return {std::string(io::kStandardInput), "", false};
-  const auto exists = [](const std::string& path) { return path == io::kStandardInput || is_there(path); };
+  if (address == "-") return {std::string(text::kStandardInput), "", false};
+  const auto exists = [](const std::string& path) { return path == text::kStandardInput || is_there(path); };
   const std::size_t last = address.rfind('#');
   if (last == std::string::npos || exists(address)) return {address, "", false};
   std::size_t hash = last;
@@ -46,7 +46,7 @@ std::string list_some(const std::vector<std::string>& items) {
 }
 
 std::string describe_count(const Address& address, const LandmarkFile& file) {
-  return address.path + " has " + io::counted(file.shapes.size(), "shape");
+  return address.path + " has " + text::counted(file.shapes.size(), "shape");
 }
 
 std::size_t find_only(const Address& address, const LandmarkFile& file) {

@@ -56,7 +56,7 @@ bool give_lines_back(Landmarks& shape) {
 }
 
 std::string taken_as_landmarks(std::size_t shapes) {
-  return io::counted(shapes, "shape") +
+  return text::counted(shapes, "shape") +
          " without landmarks: the points of curves and outlines are taken as landmarks, one group for each";
 }
 
@@ -152,7 +152,7 @@ class LandmarkList {
     for (bool is_last = false; !is_last;) {
       const std::size_t comma = list.find(',');
       is_last = comma == std::string_view::npos;
-      add(io::trim(list.substr(0, comma)));
+      add(text::trim(list.substr(0, comma)));
       if (!is_last) list.remove_prefix(comma + 1);
     }
     return std::move(chosen_);
@@ -166,12 +166,12 @@ class LandmarkList {
     }
     if (const std::optional<std::size_t> number = parse_count(item)) return add_numbers(*number, *number);
     const std::size_t dash = std::min(item.find('-'), item.size());
-    const std::optional<std::size_t> first = parse_count(io::trim(item.substr(0, dash)));
-    const std::optional<std::size_t> last = parse_count(io::trim(item.substr(std::min(dash + 1, item.size()))));
+    const std::optional<std::size_t> first = parse_count(text::trim(item.substr(0, dash)));
+    const std::optional<std::size_t> last = parse_count(text::trim(item.substr(std::min(dash + 1, item.size()))));
     if (!first || !last) fail_unknown(item);
     if (*first > *last)
       throw InputError(
-          fmt::format("{}: the range {} of landmarks ends before it begins", shape_.source, io::in_quotes(item)));
+          fmt::format("{}: the range {} of landmarks ends before it begins", shape_.source, text::in_quotes(item)));
     add_numbers(*first, *last);
   }
 
@@ -201,7 +201,7 @@ class LandmarkList {
                                : shape_.labels.empty()
                                    ? "it has no labels, and a number or a range such as 1-20 is expected"
                                    : "a label, a number or a range such as 1-20 is expected";
-    throw InputError(fmt::format("{} has no landmark {}; {}", shape_.source, io::in_quotes(item), advice));
+    throw InputError(fmt::format("{} has no landmark {}; {}", shape_.source, text::in_quotes(item), advice));
   }
 
   const Landmarks& shape_;
@@ -303,7 +303,7 @@ std::string note_of_scales(const std::vector<Landmarks>& shapes) {
   if (scales == 0) return {};
   return fmt::format(
       "SCALE is recorded ({} of {}) and not applied to the coordinates; `applies_scale` multiplies by it", scales,
-      io::counted(shapes.size(), "shape"));
+      text::counted(shapes.size(), "shape"));
 }
 
 std::string note_of_curves(const std::vector<Landmarks>& shapes) {
@@ -317,7 +317,8 @@ std::string note_of_curves(const std::vector<Landmarks>& shapes) {
   }
   if (curves + outlines == 0) return {};
   return fmt::format("{} and {} ({}) are kept and not used as landmarks; `curve_points = N` takes N points of each",
-                     io::counted(curves, "curve"), io::counted(outlines, "outline"), io::counted(points, "point"));
+                     text::counted(curves, "curve"), text::counted(outlines, "outline"),
+                     text::counted(points, "point"));
 }
 
 }  // namespace pulson::formats

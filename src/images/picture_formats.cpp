@@ -97,7 +97,7 @@ std::string refused_channels(const Capacity& capacity, const Page& page) {
 }
 
 std::string refused_of(const Capacity& capacity, std::span<const Page> pages) {
-  if (pages.size() > 1 && !capacity.any) return io::counted(pages.size(), "page");
+  if (pages.size() > 1 && !capacity.any) return text::counted(pages.size(), "page");
   for (const Page& page : pages) {
     std::string refused = refused_type(capacity, page);
     if (refused.empty() && page.about.has_palette()) refused = refused_palette(capacity, page);
@@ -107,7 +107,7 @@ std::string refused_of(const Capacity& capacity, std::span<const Page> pages) {
   return "";
 }
 
-std::string extension_of(const std::filesystem::path& path) { return io::to_lower(path.extension().string()); }
+std::string extension_of(const std::filesystem::path& path) { return text::to_lower(path.extension().string()); }
 
 std::string failure_of(const std::filesystem::path& path) { return "cannot write '" + path.string() + "': "; }
 

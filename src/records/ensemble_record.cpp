@@ -58,9 +58,10 @@ void for_each_coordinate(const EnsembleRun& run, const Visit& visit) {
     if (run.sums.moments[record].count == 0) continue;
     for (Eigen::Index i = 0; i < 2 * q.size(); ++i) {
       const Eigen::Index within = i % q.size();
-      io::CsvTable place;
+      text::CsvTable place;
       place.numbers(run.options.grid.at(run.options.records[record]), within / q.rows() + 1);
-      place.words({i < q.size() ? "q" : "p", io::kAxisLetters.substr(static_cast<std::size_t>(within % q.rows()), 1)});
+      place.words(
+          {i < q.size() ? "q" : "p", text::kAxisLetters.substr(static_cast<std::size_t>(within % q.rows()), 1)});
       visit(record, i, std::move(place).take());
     }
   }
@@ -126,8 +127,8 @@ std::string ensemble_json(const EnsembleRun& run) {
 }
 
 std::string ensemble_means_csv(const EnsembleRun& run) {
-  io::CsvTable table{"time", "landmark", "quantity", "axis", "mean", "standard_error", "standard_deviation",
-                     "q05",  "q25",      "q50",      "q75",  "q95"};
+  text::CsvTable table{"time", "landmark", "quantity", "axis", "mean", "standard_error", "standard_deviation",
+                       "q05",  "q25",      "q50",      "q75",  "q95"};
   for_each_coordinate(run, [&](std::size_t record, Eigen::Index i, const std::string& place) {
     const ensemble::Moments& moments = run.sums.moments[record];
     table.cells(place);
@@ -144,7 +145,7 @@ std::string ensemble_means_csv(const EnsembleRun& run) {
 }
 
 std::string ensemble_densities_csv(const EnsembleRun& run) {
-  io::CsvTable table{"time", "landmark", "quantity", "axis", "low", "high", "density"};
+  text::CsvTable table{"time", "landmark", "quantity", "axis", "low", "high", "density"};
   for_each_coordinate(run, [&](std::size_t record, Eigen::Index i, const std::string& place) {
     const std::vector<int>& wanted = run.densities;
     if (std::find(wanted.begin(), wanted.end(), run.options.records[record]) == wanted.end()) return;

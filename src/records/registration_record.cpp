@@ -156,7 +156,7 @@ void read_outcome(const Reader& reader, matching::Registration& registration) {
 }  // namespace
 
 matching::Registration read_registration(const std::filesystem::path& path, const NoiseTable* own) {
-  return registration_of(io::read_text_file(path), path.string(), own);
+  return registration_of(text::read_text_file(path), path.string(), own);
 }
 
 matching::Registration registration_of(std::string_view text, const std::string& file, const NoiseTable* own) {

@@ -49,7 +49,7 @@ std::vector<ResidualColumn> residual_columns(const matching::Registration& regis
 std::string residuals_csv(const matching::Registration& registration, const matching::LandmarkShares& shares) {
   const std::vector<ResidualColumn> columns = residual_columns(registration, shares);
   const std::vector<std::string>& labels = registration.source.labels;
-  io::CsvTable table;
+  text::CsvTable table;
   table.words({"landmark", "label"});
   for (const ResidualColumn& column : columns)
     if (column.of_axes)
@@ -70,7 +70,7 @@ std::string residuals_csv(const matching::Registration& registration, const matc
 }
 
 std::string trajectory_csv(const matching::Registration& registration, const Trajectory& path) {
-  io::CsvTable table;
+  text::CsvTable table;
   table.words({"step", "time", "landmark"});
   add_state_names(table, registration.result.rows());
   table.end_row();

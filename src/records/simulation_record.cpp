@@ -8,16 +8,16 @@
 
 namespace pulson::records {
 
-void add_axis_names(io::CsvTable& table, std::string_view prefix, Eigen::Index d) {
+void add_axis_names(text::CsvTable& table, std::string_view prefix, Eigen::Index d) {
   for (Eigen::Index c = 0; c < d; ++c) table.word(fmt::format("{}_{}", prefix, "xyz"[c]));
 }
 
-void add_state_names(io::CsvTable& table, Eigen::Index d) {
+void add_state_names(text::CsvTable& table, Eigen::Index d) {
   add_axis_names(table, "q", d);
   add_axis_names(table, "p", d);
 }
 
-void add_states(io::CsvTable& table, const Trajectory& path, std::string_view first, int every,
+void add_states(text::CsvTable& table, const Trajectory& path, std::string_view first, int every,
                 const std::vector<int>& numbers) {
   const auto last = static_cast<int>(path.states.size()) - 1;
   for (int k = 0; k <= last; ++k) {
@@ -72,7 +72,7 @@ std::string simulation_json(const Simulation& simulation) {
 }
 
 std::string sample_paths_csv(const Simulation& simulation, int every) {
-  io::CsvTable table;
+  text::CsvTable table;
   table.words({"sample", "step", "time", "landmark"});
   add_state_names(table, simulation.start.q.rows());
   table.end_row();

@@ -51,8 +51,8 @@ std::string sweep_json(const std::string& parameter, const std::vector<SweepPoin
 }
 
 std::string sweep_csv(const std::vector<SweepPoint>& points) {
-  io::CsvTable table{"value", "probability", "standard_error", "ever", "samples",
-                     "clean", "no_root",     "momentum_bound", "tie"};
+  text::CsvTable table{"value", "probability", "standard_error", "ever", "samples",
+                       "clean", "no_root",     "momentum_bound", "tie"};
   for (const SweepPoint& point : points) {
     const ensemble::EnsembleSums& sums = point.run.sums;
     const Estimate crossing = sums.crossing_probability();

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <gtest/gtest.h>
 
-namespace pulson::io {
+namespace pulson::text {
 namespace {
 
 using Strings = std::vector<std::string>;
@@ -96,4 +96,4 @@ TEST(SpreadsheetSafe, PutsAnApostropheBeforeFormulasAlone) {
 }
 
 }  // namespace
-}  // namespace pulson::io
+}  // namespace pulson::text

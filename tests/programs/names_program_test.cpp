@@ -25,7 +25,7 @@ class Names : public Program {
  protected:
   /// A table of small shapes with these names, each a little different.
   static void write_shapes(const std::string& file, const Strings& names) {
-    io::CsvTable table{"specimen", "landmark", "x", "y"};
+    text::CsvTable table{"specimen", "landmark", "x", "y"};
     for (std::size_t i = 0; i < names.size(); ++i)
       for (std::size_t a = 0; a < 4; ++a) {
         table.text(names[i]).word(std::string(1, "pqrs"[a]));
@@ -106,7 +106,7 @@ TEST_F(Names, AreExactInTheTableOfACohortAndSafeInItsFolders) {
     EXPECT_EQ(folders[i].find_first_of("/\\:*?\"<>| \n\r\t\x1b'"), std::string::npos) << folders[i];
     EXPECT_EQ(std::string(".-").find(folders[i].front()), std::string::npos) << folders[i];
     EXPECT_NE(folders[i].back(), '.');
-    EXPECT_TRUE(lower.insert(io::to_lower(folders[i])).second) << folders[i];
+    EXPECT_TRUE(lower.insert(text::to_lower(folders[i])).second) << folders[i];
   }
   EXPECT_THAT(folders, Not(testing::Contains("CON")));
   EXPECT_THAT(folders, Not(testing::Contains("nul.txt")));
@@ -224,7 +224,7 @@ TEST_F(Names, AreKeptOrReportedByEveryFormat) {
   EXPECT_THAT(tps.err, HasSubstr("note: shapes.tps: tps cannot hold line breaks and outer blanks of texts"));
   const nlohmann::json info = nlohmann::json::parse(run(words("info shapes.tps --json -")).out);
   for (std::size_t i = 0; i < kNames.size(); ++i)
-    if (kNames[i] == io::trim(kNames[i]) && kNames[i].find('\n') == std::string::npos) {
+    if (kNames[i] == text::trim(kNames[i]) && kNames[i].find('\n') == std::string::npos) {
       EXPECT_EQ(info["shapes"][i]["name"], kNames[i]);
     }
 }

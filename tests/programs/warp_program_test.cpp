@@ -75,7 +75,7 @@ TEST_F(WarpProgram, MarksFoldsInTheLogarithmOfTheJacobian) {
   const ProgramRun done = warp(discs(), std::string(kFrame) + "-o w.png --log-jacobian l.svg");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out, HasSubstr("colours    l.svg: blue -2, white 0, red 2, yellow folds\n"));
-  EXPECT_THAT(io::read_text_file("l.svg"), AllOf(HasSubstr(">folds<"), HasSubstr("≤ −2"), HasSubstr("≥ 2")));
+  EXPECT_THAT(text::read_text_file("l.svg"), AllOf(HasSubstr(">folds<"), HasSubstr("≤ −2"), HasSubstr("≥ 2")));
 }
 
 TEST_F(WarpProgram, DrawsWithCaptionsAndColourBars) {
@@ -86,11 +86,11 @@ TEST_F(WarpProgram, DrawsWithCaptionsAndColourBars) {
            "-o w.png --like grey.png --side-by-side s.svg --numbers --overlay o.svg --jacobian j.svg "
            "--displacement d.tif --log-jacobian l.png --width 50 --dpi 254");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  const std::string both = io::read_text_file("s.svg"), overlay = io::read_text_file("o.svg");
+  const std::string both = text::read_text_file("s.svg"), overlay = text::read_text_file("o.svg");
   EXPECT_THAT(both, AllOf(HasSubstr("a → b"), HasSubstr("grey.png"), HasSubstr("Warped to the target"),
                           HasSubstr("landmarks of the target"), HasSubstr(">4</")));
   EXPECT_THAT(overlay, AllOf(HasSubstr("Checkerboard of both"), HasSubstr("Half of each"), HasSubstr("Difference")));
-  EXPECT_THAT(io::read_text_file("j.svg"), AllOf(HasSubstr("Jacobian"), HasSubstr("≥ 2"), Not(HasSubstr("below 0"))));
+  EXPECT_THAT(text::read_text_file("j.svg"), AllOf(HasSubstr("Jacobian"), HasSubstr("≥ 2"), Not(HasSubstr("below 0"))));
   EXPECT_EQ(images::read_image("l.png").width(), 500);
   const nlohmann::json end = read_json("out/registration.json")["result"][3];
   const double far = std::hypot(end[0].get<double>() - 4, end[1].get<double>() - 12);

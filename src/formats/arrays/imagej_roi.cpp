@@ -102,7 +102,7 @@ class RoiBytes {
         (unsigned_at(kOptionsAt, 2) & kSubPixel) != 0 && small(kVersionAt) >= kFirstSubPixelVersion;
     const std::size_t needed = points * (has_fractions ? 12 : 4);
     if (points == 0 || needed > bytes_.size() - kPointsAt)
-      throw InputError(fmt::format("{}: it says that it has {}; it has {} bytes", path_, io::counted(points, "point"),
+      throw InputError(fmt::format("{}: it says that it has {}; it has {} bytes", path_, text::counted(points, "point"),
                                    bytes_.size()));
     roi.points.resize(2, static_cast<Eigen::Index>(points));
     for (std::size_t i = 0; i < points; ++i)
@@ -182,7 +182,7 @@ class RoiShapes {
     drop_repeated_labels(path_, file_);
     if (unused_ > 0)
       file_.warnings.push_back(fmt::format("{}: {} not used: rectangles, ovals, or lines that belong to no one shape",
-                                           path_, io::counted(unused_, "region")));
+                                           path_, text::counted(unused_, "region")));
     return std::move(file_);
   }
 
@@ -243,7 +243,7 @@ class RoiShapes {
   std::size_t unused_ = 0;
 };
 
-bool is_roi_name(const ZipEntry& entry) { return io::to_lower(entry.name).ends_with(".roi"); }
+bool is_roi_name(const ZipEntry& entry) { return text::to_lower(entry.name).ends_with(".roi"); }
 
 bool sniff_roi(std::string_view text) {
   if (text.starts_with(kRoiMark)) return true;
@@ -258,7 +258,7 @@ LandmarkFile read_roi(const std::string& path, std::string_view text) {
   } else {
     for (const ZipEntry& entry : zip_entries(text)) {
       if (!is_roi_name(entry)) continue;
-      const std::string place = fmt::format("{}: {}", path, io::in_quotes(entry.name));
+      const std::string place = fmt::format("{}: {}", path, text::in_quotes(entry.name));
       rois.push_back(RoiBytes(place, unpacked(path, entry)).read(entry.name.substr(0, entry.name.size() - 4)));
     }
   }

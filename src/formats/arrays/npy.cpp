@@ -139,7 +139,7 @@ class NpyReader {
       if (at == std::string_view::npos) continue;
       const std::size_t colon = header_.find_first_not_of(' ', at + quoted.size());
       if (colon == std::string_view::npos || header_[colon] != ':') continue;
-      return io::trim(header_.substr(colon + 1));
+      return text::trim(header_.substr(colon + 1));
     }
     fail(fmt::format("the header has no key '{}'", key));
   }
@@ -157,7 +157,7 @@ class NpyReader {
     const auto* const type = std::find_if(kNumberTypes.begin(), kNumberTypes.end(),
                                           [&](const NumberType& row) { return row.name == plain; });
     if (type == kNumberTypes.end())
-      fail(fmt::format("the numbers have the type {}; f4, f8, i1 to i8 or u1 to u8 is needed", io::in_quotes(name)));
+      fail(fmt::format("the numbers have the type {}; f4, f8, i1 to i8 or u1 to u8 is needed", text::in_quotes(name)));
     array.type = *type;
     array.is_big = name.starts_with('>');
   }
@@ -169,13 +169,13 @@ class NpyReader {
     if (!text.starts_with('(') || end == std::string_view::npos) fail("'shape' in the header is not a tuple");
     text = text.substr(1, end - 1);
     std::vector<std::size_t> shape;
-    while (!io::trim(text).empty()) {
-      std::string_view number = io::trim(text.substr(0, text.find(',')));
+    while (!text::trim(text).empty()) {
+      std::string_view number = text::trim(text.substr(0, text.find(',')));
       text.remove_prefix(std::min(text.find(','), text.size() - 1) + 1);
       if (number.ends_with('L')) number.remove_suffix(1);
       const auto [stop, error] = std::from_chars(number.data(), number.data() + number.size(), shape.emplace_back());
       if (error != std::errc() || stop != number.data() + number.size())
-        fail(fmt::format("{} is in the shape of the array; a whole number is needed", io::in_quotes(number)));
+        fail(fmt::format("{} is in the shape of the array; a whole number is needed", text::in_quotes(number)));
     }
     return shape;
   }
@@ -287,7 +287,7 @@ LandmarkFile read_npy(const std::string& path, std::string_view text) {
   for (const std::size_t axis : array.shape) used *= axis;
   if (used < array.bytes.size())
     file.warnings.push_back(
-        fmt::format("{}: {} after the array are not used", path, io::counted(array.bytes.size() - used, "byte")));
+        fmt::format("{}: {} after the array are not used", path, text::counted(array.bytes.size() - used, "byte")));
   return file;
 }
 
@@ -303,9 +303,9 @@ WrittenLandmarks write_npy_landmarks(const std::string& path, const LandmarkFile
     const Points& points = file.shapes[s].points;
     if (points.rows() != first.rows() || points.cols() != first.cols())
       throw InputError(fmt::format("{}: npy holds shapes of one size; shape 1 has {} in {}D, shape {} has {} in {}D",
-                                   path, io::counted(static_cast<std::size_t>(first.cols()), "landmark"), first.rows(),
-                                   s + 1, io::counted(static_cast<std::size_t>(points.cols()), "landmark"),
-                                   points.rows()));
+                                   path, text::counted(static_cast<std::size_t>(first.cols()), "landmark"),
+                                   first.rows(), s + 1,
+                                   text::counted(static_cast<std::size_t>(points.cols()), "landmark"), points.rows()));
     numbers.insert(numbers.end(), points.data(), points.data() + points.size());
   }
   std::vector<std::size_t> shape = {static_cast<std::size_t>(first.cols()), static_cast<std::size_t>(first.rows())};

@@ -25,7 +25,7 @@ bool sniff_npz(std::string_view text) {
 bool names_landmarks(const std::string& name) {
   constexpr std::array<std::string_view, 8> kNames = {"landmarks", "landmark", "points",      "shapes",
                                                       "keypoints", "coords",   "coordinates", "lm"};
-  return std::find(kNames.begin(), kNames.end(), io::to_lower(name)) != kNames.end();
+  return std::find(kNames.begin(), kNames.end(), text::to_lower(name)) != kNames.end();
 }
 
 struct NamedArray {
@@ -37,7 +37,7 @@ struct NamedArray {
 NamedArray read_array(const std::string& path, const ZipEntry& entry) {
   NamedArray array{entry.name.substr(0, entry.name.size() - 4), {}, {}};
   try {
-    array.file = read_npy(fmt::format("{}: {}", path, io::in_quotes(entry.name)), unpacked(path, entry));
+    array.file = read_npy(fmt::format("{}: {}", path, text::in_quotes(entry.name)), unpacked(path, entry));
   } catch (const InputError& error) {
     array.problem = error.what();
   }
@@ -71,7 +71,7 @@ LandmarkFile read_npz(const std::string& path, std::string_view text) {
   for (std::size_t i = 0; i < arrays.size(); ++i) {
     if (!is_chosen[i]) {
       file.warnings.push_back(
-          fmt::format("{}: the array {} is not read as landmarks", path, io::in_quotes(arrays[i].name)));
+          fmt::format("{}: the array {} is not read as landmarks", path, text::in_quotes(arrays[i].name)));
       continue;
     }
     std::vector<Landmarks>& shapes = arrays[i].file.shapes;

@@ -67,7 +67,7 @@ std::vector<ZipEntry> zip_entries(std::string_view bytes) {
 
 std::string unpacked(const std::string& path, const ZipEntry& entry) {
   const auto fail = [&](std::string_view problem) {
-    throw InputError(fmt::format("{}: {} {}", path, io::in_quotes(entry.name), problem));
+    throw InputError(fmt::format("{}: {} {}", path, text::in_quotes(entry.name), problem));
   };
   // deflate packs at most 1032 bytes into one: a larger claim is no such file
   constexpr std::size_t kMostPacked = 1032;

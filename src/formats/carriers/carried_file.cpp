@@ -149,7 +149,7 @@ constexpr std::array<MeshKind, 5> kMeshes = {
     {{".ply", carry_ply}, {".obj", carry_obj}, {".stl", carry_stl}, {".vtk", carry_vtk}, {".vtp", carry_vtp}}};
 
 const MeshKind* mesh_kind(const std::filesystem::path& path) {
-  const std::string extension = io::to_lower(path.extension().string());
+  const std::string extension = text::to_lower(path.extension().string());
   const auto* const found =
       std::find_if(kMeshes.begin(), kMeshes.end(), [&](const MeshKind& kind) { return extension == kind.extension; });
   return found == kMeshes.end() ? nullptr : found;
@@ -180,7 +180,7 @@ std::unique_ptr<CarriedFile> read_carried_file(const std::filesystem::path& path
   const std::string name = path.string();
   const auto contents = [&] {
     if (is_mesh_file(path)) return read_file(path);
-    return name == io::kStandardInput ? io::read_standard_input() : io::read_text_file(path);
+    return name == text::kStandardInput ? text::read_standard_input() : text::read_text_file(path);
   };
   return carry(name, contents(), options, dimension);
 }

@@ -61,8 +61,8 @@ class StlFile : public CarriedFile {
 
   void read_text(const std::string& path) {
     if (!text().starts_with("solid")) throw InputError(path + " is no stl file: it has no triangles, or is cut off");
-    for (const io::TextLine& line : io::split_lines(path, text())) {
-      std::vector<std::string_view> words = io::split_words(line.text);
+    for (const text::TextLine& line : text::split_lines(path, text())) {
+      std::vector<std::string_view> words = text::split_words(line.text);
       const bool is_normal = words.size() == 5 && words[0] == "facet" && words[1] == "normal";
       if (!is_normal && (words.empty() || words[0] != "vertex")) continue;
       if (is_normal) words.erase(words.begin());
@@ -72,8 +72,8 @@ class StlFile : public CarriedFile {
                   first + axis);
     }
     if (triangles_ == 0 || corners_.corners().size() != 3 * triangles_)
-      throw InputError(fmt::format("{}: {} for {}", path, io::counted(corners_.corners().size(), "corner"),
-                                   io::counted(triangles_, "triangle")));
+      throw InputError(fmt::format("{}: {} for {}", path, text::counted(corners_.corners().size(), "corner"),
+                                   text::counted(triangles_, "triangle")));
   }
 
   /// @return the first of its three values
@@ -110,9 +110,9 @@ std::unique_ptr<CarriedFile> carry_obj(const std::string& path, std::string text
   const auto at = [&](std::string_view part) { return static_cast<std::size_t>(part.data() - begin); };
   std::vector<double> coordinates;
   std::size_t normals = 0;
-  const std::vector<io::TextLine> lines = io::split_lines(path, file->text());
+  const std::vector<text::TextLine> lines = text::split_lines(path, file->text());
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    const std::vector<std::string_view> words = io::split_words(lines[i].text);
+    const std::vector<std::string_view> words = text::split_words(lines[i].text);
     if (words.empty()) continue;
     if (words[0] == "v")
       for (std::uint32_t axis = 0; const double number : numbers_behind_word(path, lines[i], words)) {
@@ -131,9 +131,9 @@ std::unique_ptr<CarriedFile> carry_obj(const std::string& path, std::string text
   }
   if (normals > 0)
     file->notes.push_back(fmt::format("{}: {} (vn) left out, which other programs make from the faces", path,
-                                      io::counted(normals, "normal")));
+                                      text::counted(normals, "normal")));
   file->set_missing_mark("nan");
-  file->shape.points = io::points_from(coordinates, 3);
+  file->shape.points = text::points_from(coordinates, 3);
   file->shape.axes = stated_axes(file->text());
   return file;
 }

@@ -72,13 +72,13 @@ class TablePoints {
 
   void read() {
     const std::string_view text = file_.text();
-    const char line_end = io::line_end_of(text);
+    const char line_end = text::line_end_of(text);
     bool may_name_delimiter = true;
-    for (std::size_t at = text.size() - io::without_byte_order_mark(text).size(); at < text.size(); ++at) {
+    for (std::size_t at = text.size() - text::without_byte_order_mark(text).size(); at < text.size(); ++at) {
       ++line_;
       const std::size_t begin = at;
       at = std::min(text.find(line_end, begin), text.size());
-      const std::string_view content = io::trim(text.substr(begin, at - begin));
+      const std::string_view content = text::trim(text.substr(begin, at - begin));
       if (content.empty() || content == "\x1A" || is_csv_comment(content)) continue;
       if (std::exchange(may_name_delimiter, false) && names_csv_delimiter(content)) continue;
       at = csv_spans(text, begin, layout_.delimiter, line_end, fields_);
@@ -87,7 +87,7 @@ class TablePoints {
     }
     use_commas();
     file_.sort_places();
-    file_.shape.points = io::points_from(coordinates_, dimension_);
+    file_.shape.points = text::points_from(coordinates_, dimension_);
   }
 
   /// The part of the text up to the end of the first row of points, and how many numbers this row holds.
@@ -102,8 +102,9 @@ class TablePoints {
     if (needed < layout_.columns ||
         (!layout_.has_more &&
          !std::all_of(fields_.begin() + static_cast<std::ptrdiff_t>(needed), fields_.end(), is_empty)))
-      io::fail(path_, line_,
-               fmt::format("{}; it needs {}, as all lines", io::counted(fields_.size(), "column"), layout_.columns));
+      text::fail(
+          path_, line_,
+          fmt::format("{}; it needs {}, as all lines", text::counted(fields_.size(), "column"), layout_.columns));
     if (first_end_ == 0) first_end_ = end;
     const bool is_missing = is_undefined();
     for (const std::vector<std::size_t>& columns : layout_.points) add_point(columns, is_missing);
@@ -112,19 +113,19 @@ class TablePoints {
   /// A point that is missing keeps its marks.
   void add_point(const std::vector<std::size_t>& columns, bool is_missing) {
     const std::size_t first = coordinates_.size();
-    io::CoordinatePlace place{path_, line_, std::to_string(first / dimension_ + 1), "", 0};
+    text::CoordinatePlace place{path_, line_, std::to_string(first / dimension_ + 1), "", 0};
     std::size_t known = 0;
     bool is_negative = false;
     for (const std::size_t column : columns) {
       const double value = number_in(fields_[column], place);
       if (!std::isnan(value)) ++known;
       is_negative |= value < 0;
-      coordinates_.push_back(is_missing ? io::kMissing : value);
+      coordinates_.push_back(is_missing ? text::kMissing : value);
       ++place.axis;
     }
     if (is_missing || known == 0) return;
     if (negative_is_missing_ && is_negative)
-      std::fill(coordinates_.end() - static_cast<std::ptrdiff_t>(dimension_), coordinates_.end(), io::kMissing);
+      std::fill(coordinates_.end() - static_cast<std::ptrdiff_t>(dimension_), coordinates_.end(), text::kMissing);
     for (std::size_t axis = 0; axis < dimension_; ++axis) {
       const CsvSpan& field = fields_[columns[axis]];
       file_.add_place(field.begin, field.end - field.begin, static_cast<std::uint32_t>(first + axis));
@@ -137,24 +138,24 @@ class TablePoints {
 
   bool is_undefined() const {
     if (!layout_.defined) return false;
-    const std::string field = io::to_lower(text_in(fields_[*layout_.defined]));
+    const std::string field = text::to_lower(text_in(fields_[*layout_.defined]));
     return field == "0" || field == "false";
   }
 
-  double number_in(const CsvSpan& field, const io::CoordinatePlace& place) {
+  double number_in(const CsvSpan& field, const text::CoordinatePlace& place) {
     const std::string_view text = text_in(field);
     if (text.find('.') != std::string_view::npos) has_points_ = true;
-    if (text.find(',') == std::string_view::npos) return io::parse_coordinate(text, place);
+    if (text.find(',') == std::string_view::npos) return text::parse_coordinate(text, place);
     if (comma_line_ == 0) comma_line_ = line_;
     if (layout_.delimiter != ',' || !may_have_thousands(text)) commas_are_decimal_ = true;
-    return io::parse_coordinate(io::with_decimal_point(text), place);
+    return text::parse_coordinate(text::with_decimal_point(text), place);
   }
 
   void use_commas() {
     if (comma_line_ == 0) return;
     if (has_points_ || !commas_are_decimal_)
-      io::fail(path_, comma_line_,
-               "a coordinate has a comma, which may be a decimal one or one of thousands; write it with a point");
+      text::fail(path_, comma_line_,
+                 "a coordinate has a comma, which may be a decimal one or one of thousands; write it with a point");
     file_.use_decimal_commas(layout_.delimiter == ',');
   }
 

@@ -43,7 +43,7 @@ class VtkPlaces {
   /// @return false at the end
   bool read_section() {
     const std::string_view word = cursor_.take_word();
-    const std::string keyword = io::to_lower(word);
+    const std::string keyword = text::to_lower(word);
     const VtkPlace begin = cursor_.place();
     if (keyword.empty()) return false;
     if (keyword == "points") {
@@ -60,10 +60,10 @@ class VtkPlaces {
       count_ = take_vtk_count(cursor_, word);
       if (is_of_points_ && count_ != static_cast<std::size_t>(file_.shape.count()))
         cursor_.fail_here(fmt::format("POINT_DATA of {} for {}", count_,
-                                      io::counted(static_cast<std::size_t>(file_.shape.count()), "point")));
+                                      text::counted(static_cast<std::size_t>(file_.shape.count()), "point")));
     } else if (!read_attribute(keyword, begin)) {
       file_.notes.push_back(fmt::format("{}: what follows {} is kept as it is, with normals if there are any",
-                                        cursor_.path(), io::in_quotes(word)));
+                                        cursor_.path(), text::in_quotes(word)));
       return false;
     }
     follows_points_ = keyword == "points";
@@ -123,7 +123,7 @@ class VtkPlaces {
   }
 
   void skip(const VtkBlock& block, const VtkType& type, std::size_t count, std::size_t each) {
-    if (each == 0) cursor_.fail_at(block.place, io::in_quotes(block.text) + " has no components");
+    if (each == 0) cursor_.fail_at(block.place, text::in_quotes(block.text) + " has no components");
     begin_vtk_numbers(cursor_, block, type, count, each);
     if (cursor_.is_binary) cursor_.take_bytes(count * each * type.size);
     for (std::size_t i = 0; i < count * each && !cursor_.is_binary; ++i)
@@ -156,7 +156,7 @@ class VtkPlaces {
   NumberCoding coding_of(const VtkBlock& block, const VtkType& type) const {
     if (type.name != "float" && type.name != "double")
       cursor_.fail_at(block.place,
-                      fmt::format("{} holds whole numbers alone; save it with float", io::in_quotes(block.text)));
+                      fmt::format("{} holds whole numbers alone; save it with float", text::in_quotes(block.text)));
     const bool is_float = type.name == "float";
     if (cursor_.is_binary) return is_float ? NumberCoding::kBigFloat : NumberCoding::kBigDouble;
     return is_float ? NumberCoding::kTextOfFloat : NumberCoding::kText;
@@ -177,7 +177,7 @@ class VtkPlaces {
         const std::string_view word = take_vtk_number(cursor_, block, 3 * count_, i);
         place = cursor_.place();
         length = word.size();
-        number = io::parse_coordinate(word, {cursor_.path(), place.line, std::to_string(i / 3 + 1), "", i % 3});
+        number = text::parse_coordinate(word, {cursor_.path(), place.line, std::to_string(i / 3 + 1), "", i % 3});
       }
       if (std::isinf(number)) cursor_.fail_at(place, "a coordinate is infinite");
       file_.add_place(place.byte, length, first + static_cast<std::uint32_t>(i), coding);

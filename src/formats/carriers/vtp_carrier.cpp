@@ -56,12 +56,12 @@ class VtpFile : public CarriedFile {
       enter(*tag);
       at = tag->end;
     }
-    shape.points = io::points_from(coordinates_, 3);
-    normals = io::points_from(normals_, 3);
+    shape.points = text::points_from(coordinates_, 3);
+    normals = text::points_from(normals_, 3);
     shape.axes = {};
     if (normals.cols() != shape.points.cols() && normals.cols() > 0)
-      refuse(fmt::format("{} for {}", io::counted(static_cast<std::size_t>(normals.cols()), "normal"),
-                         io::counted(static_cast<std::size_t>(shape.count()), "point")));
+      refuse(fmt::format("{} for {}", text::counted(static_cast<std::size_t>(normals.cols()), "normal"),
+                         text::counted(static_cast<std::size_t>(shape.count()), "point")));
     for (int i = 0; i < normals.cols(); ++i) normal_points.push_back(i);
   }
 
@@ -161,19 +161,19 @@ class VtpFile : public CarriedFile {
   void read_head(const XmlTag& tag) {
     if (tag.is_closing) return;
     if (tag.value("type") != "PolyData")
-      refuse(fmt::format("it holds {}; only PolyData is read", io::in_quotes(tag.value("type"))));
+      refuse(fmt::format("it holds {}; only PolyData is read", text::in_quotes(tag.value("type"))));
     encoding_.is_big = tag.value("byte_order") == "BigEndian";
     encoding_.header_size = tag.value("header_type") == "UInt64" ? 8 : 4;
     const std::string_view compressor = tag.value("compressor");
     encoding_.is_compressed = !compressor.empty();
     if (encoding_.is_compressed && compressor != "vtkZLibDataCompressor")
-      refuse(fmt::format("it is compressed by {}; save it without compression", io::in_quotes(compressor)));
+      refuse(fmt::format("it is compressed by {}; save it without compression", text::in_quotes(compressor)));
   }
 
   bool is_normals(const XmlTag& tag) const {
     const std::string_view name = tag.value("Name");
     return tag.value("NumberOfComponents") == "3" &&
-           (io::to_lower(name) == "normals" || (!name.empty() && name == section_.value("Normals")));
+           (text::to_lower(name) == "normals" || (!name.empty() && name == section_.value("Normals")));
   }
 
   void read_array(const XmlTag& tag) {
@@ -202,7 +202,7 @@ class VtpFile : public CarriedFile {
     const std::string_view value = tag.value("offset");
     if (tag.value("format") != "appended") return;
     const std::optional<std::size_t> offset = parse_count(value);
-    if (!offset || *offset > text().size()) refuse(fmt::format("the offset of an array is {}", io::in_quotes(value)));
+    if (!offset || *offset > text().size()) refuse(fmt::format("the offset of an array is {}", text::in_quotes(value)));
     offsets_.emplace_back(value, *offset);
   }
 
@@ -220,7 +220,7 @@ class VtpFile : public CarriedFile {
     const bool is_float = tag.value("type") == "Float32";
     if (!is_float && tag.value("type") != "Float64")
       refuse(fmt::format("its coordinates are of the type {}; save it with Float32 or Float64",
-                         io::in_quotes(tag.value("type"))));
+                         text::in_quotes(tag.value("type"))));
     VtpArray& array = arrays_.emplace_back();
     array.encoding = encoding_;
     const std::string_view format = tag.value("format");
@@ -292,7 +292,7 @@ class VtpFile : public CarriedFile {
     std::uint32_t count = 0;
     for (std::size_t at = 0; (at = words.find_first_not_of(kXmlBlanks, at)) != std::string_view::npos; ++count) {
       const std::string_view word = words.substr(at, words.find_first_of(kXmlBlanks, at) - at);
-      numbers.push_back(io::parse_coordinate(word, {path_, 0, std::to_string(count / 3 + 1), "", count % 3}));
+      numbers.push_back(text::parse_coordinate(word, {path_, 0, std::to_string(count / 3 + 1), "", count % 3}));
       array.numbers->add_place(at, word.size(), first + count,
                                is_float ? NumberCoding::kTextOfFloat : NumberCoding::kText);
       at += word.size();

@@ -68,15 +68,15 @@ std::string take_unit(std::string& name) {
   const std::size_t end = is_closed ? name.find_last_of(last == ')' ? '(' : '[') : name.find_last_of(kSeparators);
   if (end == std::string::npos || end == 0) return {};
   const std::string_view word = std::string_view(name).substr(end + 1, name.size() - end - (is_closed ? 2 : 1));
-  std::string unit(find_unit(io::trim(word)));
+  std::string unit(find_unit(text::trim(word)));
   if (!unit.empty()) name.resize(end);
   return unit;
 }
 
 /// The axis of a plain name, and how plainly it says so.
 std::optional<std::pair<std::size_t, int>> find_axis(std::string_view plain) {
-  if (plain.size() == 1 && io::kAxisLetters.find(plain.front()) != io::kAxisLetters.npos)
-    return std::pair(io::kAxisLetters.find(plain.front()), 0);
+  if (plain.size() == 1 && text::kAxisLetters.find(plain.front()) != text::kAxisLetters.npos)
+    return std::pair(text::kAxisLetters.find(plain.front()), 0);
   constexpr std::array<std::string_view, 3> kNumbered = {"pos1", "pos2", "pos3"};
   constexpr std::array<std::string_view, 6> kParaView = {"points:0", "points:1", "points:2",
                                                          "points0",  "points1",  "points2"};
@@ -86,8 +86,9 @@ std::optional<std::pair<std::size_t, int>> find_axis(std::string_view plain) {
     return std::pair(static_cast<std::size_t>(found - kParaView.begin()) % 3, 2);
   for (const std::string_view word : {"coord", "coords", "coordinate", "coordinates", "pos", "position", "pts"}) {
     if (plain.size() != word.size() + 1) continue;
-    const std::size_t axis = io::kAxisLetters.find(plain.starts_with(word) ? plain.back() : plain.front());
-    if (axis != io::kAxisLetters.npos && (plain.starts_with(word) || plain.ends_with(word))) return std::pair(axis, 2);
+    const std::size_t axis = text::kAxisLetters.find(plain.starts_with(word) ? plain.back() : plain.front());
+    if (axis != text::kAxisLetters.npos && (plain.starts_with(word) || plain.ends_with(word)))
+      return std::pair(axis, 2);
   }
   return std::nullopt;
 }
@@ -95,13 +96,13 @@ std::optional<std::pair<std::size_t, int>> find_axis(std::string_view plain) {
 }  // namespace
 
 std::string plain_name(std::string_view name) {
-  std::string plain = io::to_lower(name);
+  std::string plain = text::to_lower(name);
   std::erase_if(plain, [](char c) { return kSeparators.find(c) != kSeparators.npos; });
   return plain;
 }
 
 std::optional<ColumnMeaning> meaning_of(std::string_view name) {
-  std::string base = io::to_lower(name);
+  std::string base = text::to_lower(name);
   const std::string unit = take_unit(base);
   if (const auto axis = find_axis(plain_name(base)))
     return ColumnMeaning{static_cast<ColumnRole>(axis->first), axis->second + (unit.empty() ? 0 : 1), unit};
@@ -118,9 +119,9 @@ std::optional<ColumnMeaning> meaning_of(std::string_view name) {
 bool is_coordinate(ColumnRole role) { return role <= ColumnRole::kZ; }
 
 std::optional<std::size_t> axis_of_word(std::string_view word) {
-  const std::string lower = io::to_lower(word);
-  const std::size_t axis = io::kAxisLetters.find(lower.empty() ? '\0' : lower.front());
-  if (axis == io::kAxisLetters.npos) return std::nullopt;
+  const std::string lower = text::to_lower(word);
+  const std::size_t axis = text::kAxisLetters.find(lower.empty() ? '\0' : lower.front());
+  if (axis == text::kAxisLetters.npos) return std::nullopt;
   std::string_view rest = std::string_view(lower).substr(1);
   rest.remove_prefix(std::min(rest.find_first_not_of("-_. "), rest.size()));
   for (const std::string_view ending : {"", "coordinates", "coordinate", "coords", "coord"})
@@ -138,7 +139,7 @@ std::string list_fields(const CsvRecord& record) {
   constexpr std::size_t kMost = 6;
   std::string list;
   for (std::size_t i = 0; i < std::min(kMost, record.fields.size()); ++i)
-    list += (i > 0 ? ", " : "") + io::in_quotes(record.fields[i]);
+    list += (i > 0 ? ", " : "") + text::in_quotes(record.fields[i]);
   return list + (record.fields.size() > kMost ? ", ..." : "");
 }
 
@@ -169,10 +170,10 @@ const NamedAxes* find_named_axes(const CsvRecord& header, std::vector<std::size_
 
 void require_one(const std::string& path, const CsvRecord& header, const std::vector<RankedColumn>& columns) {
   if (columns.size() < 2 || columns[0].rank != columns[1].rank) return;
-  io::fail(
-      path, header.line,
-      fmt::format("the columns {} and {} mean the same; give only one", io::in_quotes(header.fields[columns[0].column]),
-                  io::in_quotes(header.fields[columns[1].column])));
+  text::fail(path, header.line,
+             fmt::format("the columns {} and {} mean the same; give only one",
+                         text::in_quotes(header.fields[columns[0].column]),
+                         text::in_quotes(header.fields[columns[1].column])));
 }
 
 /// The units of x, which those of the other axes have to be.
@@ -181,9 +182,9 @@ std::string units_of(const std::string& path, const CsvRecord& header, const std
   std::string unit = meaning_of(first)->unit;
   for (const std::size_t column : columns)
     if (meaning_of(header.fields[column])->unit != unit)
-      io::fail(path, header.line,
-               fmt::format("the columns {} and {} are not in the same units", io::in_quotes(first),
-                           io::in_quotes(header.fields[column])));
+      text::fail(path, header.line,
+                 fmt::format("the columns {} and {} are not in the same units", text::in_quotes(first),
+                             text::in_quotes(header.fields[column])));
   return unit;
 }
 
@@ -214,9 +215,10 @@ void find_coordinates(const std::string& path, const CsvRecord& header, CsvColum
                             is_worded(header, columns.front().column) != is_worded(header, found.front());
     if (columns.empty() || is_other_z) continue;
     if (found.size() != static_cast<std::size_t>(role))
-      io::fail(path, header.line,
-               fmt::format("there is a column {} but none for {}; {}",
-                           io::in_quotes(header.fields[columns.front().column]), "xyz"[found.size()], kRightHeader));
+      text::fail(
+          path, header.line,
+          fmt::format("there is a column {} but none for {}; {}",
+                      text::in_quotes(header.fields[columns.front().column]), "xyz"[found.size()], kRightHeader));
     require_one(path, header, columns);
     found.push_back(columns.front().column);
   }
@@ -227,7 +229,7 @@ void find_coordinates(const std::string& path, const CsvRecord& header, CsvColum
   }
   const NamedAxes* const named = find_named_axes(header, found);
   if (named == nullptr)
-    io::fail(
+    text::fail(
         path, header.line,
         fmt::format("no coordinates in the columns {}; {}; `columns` names others", list_fields(header), kRightHeader));
   result.axes = named->axes;
@@ -248,7 +250,7 @@ bool is_used(const CsvColumns& columns, std::size_t column) {
 /// Whether a line is a name and two or three coordinates.
 bool is_named_point(const CsvRecord& record) {
   const auto& fields = record.fields;
-  if (fields.size() < 3 || fields.size() > 4 || io::is_missing(fields.front()) || io::is_number(fields.front()))
+  if (fields.size() < 3 || fields.size() > 4 || text::is_missing(fields.front()) || text::is_number(fields.front()))
     return false;
   return std::all_of(fields.begin() + 1, fields.end(), is_number_or_missing);
 }
@@ -269,11 +271,11 @@ std::optional<std::size_t> find_column(const CsvRecord& header, ColumnRole role)
   return columns.empty() ? std::nullopt : std::optional(columns.front().column);
 }
 
-bool is_number_or_missing(const std::string& field) { return io::is_missing(field) || io::is_number(field); }
+bool is_number_or_missing(const std::string& field) { return text::is_missing(field) || text::is_number(field); }
 
 bool holds_named_points(const std::vector<CsvRecord>& records) {
   const auto holds_a_number = [](const CsvRecord& record) {
-    return std::any_of(record.fields.begin(), record.fields.end(), io::is_number);
+    return std::any_of(record.fields.begin(), record.fields.end(), text::is_number);
   };
   return std::all_of(records.begin(), records.end(), is_named_point) &&
          std::any_of(records.begin(), records.end(), holds_a_number);
@@ -285,12 +287,12 @@ bool holds_numbers(const CsvRecord& record) {
 
 bool holds_only_marks(const CsvRecord& record) {
   return std::all_of(record.fields.begin(), record.fields.end(),
-                     [](const std::string& field) { return io::is_missing(field); });
+                     [](const std::string& field) { return text::is_missing(field); });
 }
 
 bool is_header(const CsvRecord& record) {
   const auto& fields = record.fields;
-  return std::none_of(fields.begin(), fields.end(), [](const std::string& field) { return io::is_number(field); }) &&
+  return std::none_of(fields.begin(), fields.end(), [](const std::string& field) { return text::is_number(field); }) &&
          !holds_only_marks(record);
 }
 
@@ -344,14 +346,14 @@ CsvColumns columns_of_named_points(const CsvRecord& first) {
 
 CsvColumns columns_without_header(const std::string& path, const CsvRecord& first) {
   for (const std::string& field : first.fields)
-    if (!io::is_number(field) && !io::is_missing(field))
-      io::fail(path, first.line,
-               io::in_quotes(field) +
-                   " is not a number; a table with more than coordinates needs a header such as label,x,y");
+    if (!text::is_number(field) && !text::is_missing(field))
+      text::fail(path, first.line,
+                 text::in_quotes(field) +
+                     " is not a number; a table with more than coordinates needs a header such as label,x,y");
   CsvColumns columns;
   for (std::size_t i = 0; i < first.fields.size(); ++i) columns.coordinates.push_back(i);
   if (columns.coordinates.size() > 3)
-    io::fail(
+    text::fail(
         path, first.line,
         fmt::format("{} columns without a header; a table without one has the columns x[,y[,z]], one landmark per line",
                     first.fields.size()));

@@ -31,16 +31,16 @@ void require_equal_lengths(const std::string& path, const std::vector<CsvRecord>
   const CsvRecord& first = records.front();
   for (const CsvRecord& record : records)
     if (record.fields.size() != first.fields.size())
-      io::fail(path, record.line,
-               fmt::format("{}, but line {} has {}; all lines must have the same number",
-                           io::counted(record.fields.size(), "column"), first.line, first.fields.size()));
+      text::fail(path, record.line,
+                 fmt::format("{}, but line {} has {}; all lines must have the same number",
+                             text::counted(record.fields.size(), "column"), first.line, first.fields.size()));
 }
 
 std::vector<std::string> unused_columns(const std::string& path, const std::vector<std::string>& names) {
   if (names.empty()) return {};
   std::string message = path + ": columns that are not used:";
   constexpr std::size_t kMost = 8;
-  for (std::size_t i = 0; i < std::min(kMost, names.size()); ++i) message += " " + io::in_quotes(names[i]);
+  for (std::size_t i = 0; i < std::min(kMost, names.size()); ++i) message += " " + text::in_quotes(names[i]);
   if (names.size() > kMost) message += fmt::format(" and {} more", names.size() - kMost);
   return {message};
 }
@@ -77,7 +77,7 @@ std::string list_columns(const CsvRecord& header) {
   constexpr std::size_t kMost = 20;
   const std::size_t shown = std::min(kMost, header.fields.size());
   std::string list;
-  for (std::size_t i = 0; i < shown; ++i) list += (i > 0 ? ", " : "") + io::in_quotes(header.fields[i]);
+  for (std::size_t i = 0; i < shown; ++i) list += (i > 0 ? ", " : "") + text::in_quotes(header.fields[i]);
   return shown < header.fields.size() ? fmt::format("{}, ... ({} in all)", list, header.fields.size()) : list;
 }
 
@@ -91,9 +91,9 @@ std::size_t find_by_name(const std::string& path, const CsvRecord& header, const
     if (plain_name(fields[i]) == plain_name(name)) alike.push_back(i);
   if (alike.size() == 1) return alike.front();
   const std::string near = nearest_name(name, fields);
-  io::fail(path, header.line,
-           fmt::format("no column {}{}; the columns are {}", io::in_quotes(name),
-                       near.empty() ? "" : ", did you mean " + io::in_quotes(near) + "?", list_columns(header)));
+  text::fail(path, header.line,
+             fmt::format("no column {}{}; the columns are {}", text::in_quotes(name),
+                         near.empty() ? "" : ", did you mean " + text::in_quotes(near) + "?", list_columns(header)));
 }
 
 /// Whether a column would compete with one that is chosen for the role. Images may stand beside specimens.
@@ -106,14 +106,15 @@ bool competes(const std::string& name, ColumnRole role) {
 
 void name_columns(const std::string& path, CsvRecord& header, const std::map<std::string, std::string>& columns) {
   if (!is_header(header))
-    io::fail(path, header.line, "the first line names no columns: " + list_columns(header) + "; a header is needed");
+    text::fail(path, header.line, "the first line names no columns: " + list_columns(header) + "; a header is needed");
   std::vector<std::pair<std::size_t, const NamedRole*>> chosen;
   for (const auto& [key, name] : columns) {
     const std::size_t column = find_by_name(path, header, name);
     for (const auto& other : chosen)
       if (other.first == column)
-        io::fail(path, header.line,
-                 fmt::format("the column {} cannot hold both {} and {}", io::in_quotes(name), other.second->key, key));
+        text::fail(
+            path, header.line,
+            fmt::format("the column {} cannot hold both {} and {}", text::in_quotes(name), other.second->key, key));
     chosen.emplace_back(column, &role_named(key));
   }
   for (const auto& [column, role] : chosen)
@@ -130,18 +131,18 @@ LandmarkFile read_in_turn(const std::string& path, const std::vector<CsvRecord>&
   const std::size_t begin = is_header(records.front()) ? 1 : 0;
   const std::size_t count = records.size() - begin;
   if (count == 0 || count % dimension != 0)
-    io::fail(path, records.back().line,
-             fmt::format("{} in one column; with {} coordinates for each landmark a multiple of {} is needed",
-                         io::counted(count, "number"), dimension, dimension));
+    text::fail(path, records.back().line,
+               fmt::format("{} in one column; with {} coordinates for each landmark a multiple of {} is needed",
+                           text::counted(count, "number"), dimension, dimension));
   std::vector<double> coordinates;
   for (std::size_t i = begin; i < records.size(); ++i) {
     const std::size_t place = i - begin;
     coordinates.push_back(
-        io::parse_coordinate(records[i].fields.front(),
-                             {path, records[i].line, std::to_string(place / dimension + 1), "", place % dimension}));
+        text::parse_coordinate(records[i].fields.front(),
+                               {path, records[i].line, std::to_string(place / dimension + 1), "", place % dimension}));
   }
   LandmarkFile file;
-  file.shapes.emplace_back().points = io::points_from(coordinates, dimension);
+  file.shapes.emplace_back().points = text::points_from(coordinates, dimension);
   return file;
 }
 
@@ -149,10 +150,10 @@ namespace {
 
 bool names_axis(std::string_view column) {
   constexpr std::array<std::string_view, 6> kNames = {"pos", "axis", "coordinate", "coord", "dim", "dimension"};
-  return std::find(kNames.begin(), kNames.end(), io::to_lower(column)) != kNames.end();
+  return std::find(kNames.begin(), kNames.end(), text::to_lower(column)) != kNames.end();
 }
 
-bool names_value(std::string_view column) { return io::to_lower(column) == "value"; }
+bool names_value(std::string_view column) { return text::to_lower(column) == "value"; }
 
 std::optional<std::size_t> find_named(const CsvRecord& header, bool (*is_right)(std::string_view)) {
   const auto found = std::find_if(header.fields.begin(), header.fields.end(), is_right);
@@ -176,8 +177,8 @@ struct CoordinateColumns {
 CoordinateColumns find_columns(const std::string& path, const CsvRecord& header) {
   const std::optional<std::size_t> label = find_column(header, ColumnRole::kLabel);
   if (!label)
-    io::fail(path, header.line,
-             "a table with a coordinate per line needs a column landmark beside the axis and the value");
+    text::fail(path, header.line,
+               "a table with a coordinate per line needs a column landmark beside the axis and the value");
   return {*find_named(header, names_axis), *find_named(header, names_value), *label,
           find_column(header, ColumnRole::kGroup), find_column(header, ColumnRole::kSpecimen)};
 }
@@ -185,13 +186,13 @@ CoordinateColumns find_columns(const std::string& path, const CsvRecord& header)
 /// `x`, `1` and `pos1` are the first axis.
 std::size_t parse_axis(const std::string& path, const CsvRecord& record, const std::string& field) {
   if (const std::optional<std::size_t> axis = axis_of_word(field)) return *axis;
-  const std::string lower = io::to_lower(field);
+  const std::string lower = text::to_lower(field);
   const std::string_view number = std::string_view(lower).substr(lower.starts_with("pos") ? 3 : 0);
   constexpr std::array<std::string_view, 3> kNumbers = {"1", "2", "3"};
   const auto* const found = std::find(kNumbers.begin(), kNumbers.end(), number);
   if (found == kNumbers.end())
-    io::fail(path, record.line,
-             "the axis is " + io::in_quotes(field) + "; valid: x, y, z or 1, 2, 3 or pos1, pos2, pos3");
+    text::fail(path, record.line,
+               "the axis is " + text::in_quotes(field) + "; valid: x, y, z or 1, 2, 3 or pos1, pos2, pos3");
   return static_cast<std::size_t>(found - kNumbers.begin());
 }
 
@@ -213,18 +214,18 @@ class CoordinateGatherer {
   std::size_t add(const CsvRecord& record) {
     const std::string group = columns_.group ? record.name(*columns_.group) : "";
     const std::string& label = record.name(columns_.label);
-    if (label.empty()) io::fail(path_, record.line, "the landmark has no name; each line needs one");
+    if (label.empty()) text::fail(path_, record.line, "the landmark has no name; each line needs one");
     const auto [place, is_new] = place_.try_emplace({group, label}, landmarks_.size());
     if (is_new) landmarks_.push_back({group, label, record.line});
     const std::size_t axis = parse_axis(path_, record, record.fields[columns_.axis]);
     GatheredLandmark& landmark = landmarks_[place->second];
     if (landmark.lines[axis] != 0)
-      io::fail(path_, record.line,
-               fmt::format("{} of {} is already on line {}", "xyz"[axis], describe(landmark), landmark.lines[axis]));
+      text::fail(path_, record.line,
+                 fmt::format("{} of {} is already on line {}", "xyz"[axis], describe(landmark), landmark.lines[axis]));
     landmark.lines[axis] = record.line;
-    const std::string shape = columns_.specimen ? "specimen " + io::in_quotes(name_) : "";
-    landmark.values[axis] =
-        io::parse_coordinate(record.fields[columns_.value], {path_, record.line, io::in_quotes(label), shape, axis});
+    const std::string shape = columns_.specimen ? "specimen " + text::in_quotes(name_) : "";
+    landmark.values[axis] = text::parse_coordinate(record.fields[columns_.value],
+                                                   {path_, record.line, text::in_quotes(label), shape, axis});
     return axis;
   }
 
@@ -245,16 +246,16 @@ class CoordinateGatherer {
 
  private:
   std::string describe(const GatheredLandmark& landmark) const {
-    return fmt::format("landmark {}{}", io::in_quotes(landmark.label),
-                       columns_.specimen ? " of specimen " + io::in_quotes(name_) : "");
+    return fmt::format("landmark {}{}", text::in_quotes(landmark.label),
+                       columns_.specimen ? " of specimen " + text::in_quotes(name_) : "");
   }
 
   void require_axes(const GatheredLandmark& landmark, std::size_t dimension) const {
     for (std::size_t axis = 0; axis < dimension; ++axis)
       if (landmark.lines[axis] == 0)
-        io::fail(path_, landmark.first_line,
-                 fmt::format("{} has no line with its {}; where that is missing, write NA", describe(landmark),
-                             "xyz"[axis]));
+        text::fail(path_, landmark.first_line,
+                   fmt::format("{} has no line with its {}; where that is missing, write NA", describe(landmark),
+                               "xyz"[axis]));
   }
 
   const std::string& path_;
@@ -282,7 +283,7 @@ LandmarkFile read_coordinate_rows(const std::string& path, const std::vector<Csv
   for (std::size_t i = 1; i < records.size(); ++i) {
     const std::string specimen = columns.specimen ? records[i].name(*columns.specimen) : "";
     if (columns.specimen && specimen.empty())
-      io::fail(path, records[i].line, "the specimen is empty; each line needs one");
+      text::fail(path, records[i].line, "the specimen is empty; each line needs one");
     const auto [entry, is_new] = place.try_emplace(specimen, gatherers.size());
     if (is_new) gatherers.emplace_back(path, columns, specimen);
     dimension = std::max(dimension, gatherers[entry->second].add(records[i]) + 1);

@@ -46,7 +46,7 @@ class TableNames {
 
  private:
   const CsvRecord& header() const { return records_.front(); }
-  std::string quoted(std::size_t column) const { return io::in_quotes(header().fields[column]); }
+  std::string quoted(std::size_t column) const { return text::in_quotes(header().fields[column]); }
 
   void choose_specimens() {
     for (const RankedColumn& candidate : find_columns(header(), ColumnRole::kSpecimen)) {
@@ -60,8 +60,8 @@ class TableNames {
   /// `Slice` of ImageJ, beside `Frame`.
   std::optional<std::size_t> column_of_slices() const {
     const auto& names = header().fields;
-    const auto found =
-        std::find_if(names.begin(), names.end(), [](const std::string& name) { return io::to_lower(name) == "slice"; });
+    const auto found = std::find_if(names.begin(), names.end(),
+                                    [](const std::string& name) { return text::to_lower(name) == "slice"; });
     return found == names.end() ? std::nullopt : std::optional(static_cast<std::size_t>(found - names.begin()));
   }
 
@@ -108,10 +108,10 @@ class TableNames {
     }
     const bool is_counter = records_.size() > kFirstRow + 1 && counts_lines(records_, other.column, kFirstRow);
     if (other.rank != best.rank && (!columns_.specimen.empty() || other.rank == kIndexRank || is_counter)) return;
-    io::fail(path_, header().line,
-             fmt::format("the columns {} and {} mean the same; give only one; call the one that names the specimen "
-                         "'specimen'",
-                         quoted(std::min(best.column, other.column)), quoted(std::max(best.column, other.column))));
+    text::fail(path_, header().line,
+               fmt::format("the columns {} and {} mean the same; give only one; call the one that names the specimen "
+                           "'specimen'",
+                           quoted(std::min(best.column, other.column)), quoted(std::max(best.column, other.column))));
   }
 
   Runs runs_of(std::size_t column) const {
@@ -164,7 +164,7 @@ class TableNames {
       if (!is_named || records_.size() <= kFirstRow || is_number_or_missing(records_[kFirstRow].fields[i])) continue;
       const Runs runs = runs_of(i);
       if (runs.name_parts() && runs.count > 1 && runs.shortest > 1)
-        io::fail(
+        text::fail(
             path_, header().line,
             fmt::format("the values of the column {} repeat in runs: call it 'specimen' if it distinguishes shapes, "
                         "'group' if it distinguishes outlines, otherwise remove it",
@@ -183,7 +183,7 @@ bool holds_row_names(const std::vector<CsvRecord>& records) {
   return std::all_of(records.begin() + kFirstRow, records.end(), [&](const CsvRecord& record) {
     const std::string& name = record.fields.front();
     const bool is_whole = name.find_first_not_of("0123456789") == std::string::npos;
-    return !io::is_missing(name) && (is_whole || !io::is_number(name)) && seen.insert(name).second;
+    return !text::is_missing(name) && (is_whole || !text::is_number(name)) && seen.insert(name).second;
   });
 }
 
@@ -231,7 +231,7 @@ std::string joined_fields(const CsvRecord& record, const std::vector<std::size_t
 
 bool names_image(std::string_view text) {
   constexpr std::array<std::string_view, 7> kEndings = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".gif"};
-  const std::string lower = io::to_lower(text);
+  const std::string lower = text::to_lower(text);
   return std::any_of(kEndings.begin(), kEndings.end(), [&](auto ending) { return lower.ends_with(ending); });
 }
 
@@ -243,7 +243,7 @@ bool counts_lines(const std::vector<CsvRecord>& records, std::size_t column, std
   std::optional<double> next;
   for (std::size_t i = begin; i < records.size(); ++i) {
     const std::string& field = records[i].fields[column];
-    if (!io::is_number(field)) return false;
+    if (!text::is_number(field)) return false;
     const double value = parse_number(field, "");
     if (next ? value != *next : value != 0 && value != 1) return false;
     next = value + 1;

@@ -32,10 +32,10 @@ struct AxisRows {
   std::size_t count() const { return coordinates.size() / dimension; }
 
   void add(const std::string& path, const CsvRecord& record, std::size_t first, const std::string& shape_name) {
-    io::CoordinatePlace place{path, record.line, "", shape_name, dimension};
+    text::CoordinatePlace place{path, record.line, "", shape_name, dimension};
     for (std::size_t i = first; i < record.fields.size(); ++i) {
       place.landmark = std::to_string(i - first + 1);
-      coordinates.push_back(io::parse_coordinate(record.fields[i], place));
+      coordinates.push_back(text::parse_coordinate(record.fields[i], place));
     }
     ++dimension;
   }
@@ -55,8 +55,8 @@ class NamedAxisReader {
     const std::optional<std::size_t> axis =
         record.fields.size() > axis_column_ ? axis_of_word(record.fields[axis_column_]) : std::nullopt;
     if (!axis)
-      io::fail(path_, record.line,
-               fmt::format("column {} names no axis; it needs x, y or z, as in the first line", axis_column_ + 1));
+      text::fail(path_, record.line,
+                 fmt::format("column {} names no axis; it needs x, y or z, as in the first line", axis_column_ + 1));
     const std::string name = axis_column_ > 0 ? record.name(0) : "";
     if (*axis == 0)
       begin_shape(record.line, name);
@@ -79,27 +79,29 @@ class NamedAxisReader {
   }
 
   void require_next(const CsvRecord& record, std::size_t axis, const std::string& name) const {
-    const auto describe = [&](const std::string& text) { return axis_column_ > 0 ? " of " + io::in_quotes(text) : ""; };
+    const auto describe = [&](const std::string& text) {
+      return axis_column_ > 0 ? " of " + text::in_quotes(text) : "";
+    };
     if (shapes_.empty() || shapes_.back().shape.name != name || shapes_.back().dimension != axis)
-      io::fail(path_, record.line,
-               fmt::format("{}{} does not follow {}; each shape needs a line of x, one of y after it, and so on",
-                           io::kAxisLetters[axis], describe(name), io::kAxisLetters[axis - 1]));
+      text::fail(path_, record.line,
+                 fmt::format("{}{} does not follow {}; each shape needs a line of x, one of y after it, and so on",
+                             text::kAxisLetters[axis], describe(name), text::kAxisLetters[axis - 1]));
     const AxisRows& rows = shapes_.back();
     const std::size_t count = record.fields.size() - axis_column_ - 1;
     if (count != rows.count())
-      io::fail(path_, record.line,
-               fmt::format("{} of {}{}, but {} of x on line {}", io::counted(count, "coordinate"),
-                           io::kAxisLetters[axis], describe(name), rows.count(), rows.line));
+      text::fail(path_, record.line,
+                 fmt::format("{} of {}{}, but {} of x on line {}", text::counted(count, "coordinate"),
+                             text::kAxisLetters[axis], describe(name), rows.count(), rows.line));
   }
 
   void require_equal_dimensions() const {
     const AxisRows& first = shapes_.front();
     for (const AxisRows& rows : shapes_)
       if (rows.dimension != first.dimension)
-        io::fail(path_, rows.line,
-                 fmt::format("a shape of {}, but the one of line {} has {}; all shapes must have the same number",
-                             rows.dimension == 1 ? "1 axis" : fmt::format("{} axes", rows.dimension), first.line,
-                             first.dimension));
+        text::fail(path_, rows.line,
+                   fmt::format("a shape of {}, but the one of line {} has {}; all shapes must have the same number",
+                               rows.dimension == 1 ? "1 axis" : fmt::format("{} axes", rows.dimension), first.line,
+                               first.dimension));
   }
 
   const std::string& path_;
@@ -127,10 +129,10 @@ bool fits_axis_rows(const std::vector<CsvRecord>& records) {
 LandmarkFile read_axis_rows(const std::string& path, const std::vector<CsvRecord>& records) {
   require_equal_lengths(path, records);
   if (are_alike(records))
-    io::fail(path, records.front().line,
-             fmt::format("{} lines of {} numbers that are nearly the same, as shapes are and not the axes of one; a "
-                         "header such as x1,y1,x2,y2,... says what they hold",
-                         records.size(), records.front().fields.size()));
+    text::fail(path, records.front().line,
+               fmt::format("{} lines of {} numbers that are nearly the same, as shapes are and not the axes of one; a "
+                           "header such as x1,y1,x2,y2,... says what they hold",
+                           records.size(), records.front().fields.size()));
   AxisRows rows{records.front().line, 0, {}};
   for (const CsvRecord& record : records) rows.add(path, record, 0, "");
   LandmarkFile file;
@@ -147,7 +149,7 @@ constexpr std::size_t kFewest = 4;  // fewer numbers after a name are a landmark
 
 bool is_named_shape(const CsvRecord& record) {
   const auto& fields = record.fields;
-  return fields.size() > kFewest && !io::is_missing(fields.front()) && !io::is_number(fields.front()) &&
+  return fields.size() > kFewest && !text::is_missing(fields.front()) && !text::is_number(fields.front()) &&
          std::all_of(fields.begin() + 1, fields.end(), is_number_or_missing);
 }
 
@@ -156,11 +158,11 @@ Landmarks read_shape(const std::string& path, const CsvRecord& record, std::size
   shape.name = record.name(0);
   std::vector<double> coordinates;
   for (std::size_t i = 1; i < record.fields.size(); ++i) {
-    const io::CoordinatePlace place{path, record.line, std::to_string((i - 1) / dimension + 1),
-                                    io::in_quotes(shape.name), (i - 1) % dimension};
-    coordinates.push_back(io::parse_coordinate(record.fields[i], place));
+    const text::CoordinatePlace place{path, record.line, std::to_string((i - 1) / dimension + 1),
+                                      text::in_quotes(shape.name), (i - 1) % dimension};
+    coordinates.push_back(text::parse_coordinate(record.fields[i], place));
   }
-  shape.points = io::points_from(coordinates, dimension);
+  shape.points = text::points_from(coordinates, dimension);
   return shape;
 }
 
@@ -170,12 +172,12 @@ Landmarks read_shape(const std::string& path, const CsvRecord& record, std::size
 std::size_t dimension_of_named_shape(const std::string& path, const CsvRecord& first) {
   const std::size_t count = first.fields.size() - 1;
   if (count % 6 == 0)
-    io::fail(path, first.line,
-             fmt::format("a name and {} numbers may be {} landmarks in 2D or {} in 3D; a header id,x1,y1,... or "
-                         "id,x1,y1,z1,... says which",
-                         count, count / 2, count / 3));
+    text::fail(path, first.line,
+               fmt::format("a name and {} numbers may be {} landmarks in 2D or {} in 3D; a header id,x1,y1,... or "
+                           "id,x1,y1,z1,... says which",
+                           count, count / 2, count / 3));
   if (count % 2 != 0 && count % 3 != 0)
-    io::fail(path, first.line, fmt::format("a name and {} numbers, which landmarks in 2D or 3D cannot have", count));
+    text::fail(path, first.line, fmt::format("a name and {} numbers, which landmarks in 2D or 3D cannot have", count));
   return count % 2 == 0 ? 2 : 3;
 }
 
@@ -193,7 +195,7 @@ LandmarkFile read_named_shape_rows(const std::string& path, const std::vector<Cs
   for (const CsvRecord& record : records) file.shapes.push_back(read_shape(path, record, dimension));
   file.warnings = {fmt::format("{}: a name and {} numbers per line without a header, read as shapes of {} in {}D", path,
                                records.front().fields.size() - 1,
-                               io::counted(static_cast<std::size_t>(file.shapes.front().count()), "landmark"),
+                               text::counted(static_cast<std::size_t>(file.shapes.front().count()), "landmark"),
                                dimension)};
   return file;
 }

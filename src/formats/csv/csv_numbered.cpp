@@ -59,7 +59,7 @@ bool are_centred(const std::vector<CsvRecord>& records, const NumberedColumns& c
     double size = 0;
     for (std::size_t i = 0; i < columns.count; ++i) {
       const std::string& field = records[r].fields[columns.begin + i];
-      if (!io::is_number(field)) return false;
+      if (!text::is_number(field)) return false;
       const double value = parse_number(field, "");
       sums[i % dimension] += value;
       size += std::abs(value);
@@ -74,20 +74,20 @@ std::size_t dimension_of(const std::string& path, const std::vector<CsvRecord>& 
                          std::size_t given) {
   const std::size_t line = records.front().line;
   const std::string what = fmt::format("{} coordinates in the columns {} to {}", columns.count,
-                                       io::in_quotes(records.front().fields[columns.begin]),
-                                       io::in_quotes(records.front().fields[columns.begin + columns.count - 1]));
+                                       text::in_quotes(records.front().fields[columns.begin]),
+                                       text::in_quotes(records.front().fields[columns.begin + columns.count - 1]));
   const std::size_t needed = given > 0 ? given : columns.count % 2 == 0 ? 2 : 3;
   if (columns.count % needed != 0)
-    io::fail(
+    text::fail(
         path, line,
         fmt::format("{}, which landmarks in {} cannot have", what, given > 0 ? fmt::format("{}D", given) : "2D or 3D"));
   constexpr std::size_t kOneReading = 6;  // of 6, two landmarks in 3D would be no shape
   if (given > 0 || columns.count % 6 != 0 || columns.count == kOneReading) return needed;
   const bool may_be_plane = are_centred(records, columns, 2), may_be_space = are_centred(records, columns, 3);
   if (may_be_plane != may_be_space) return may_be_plane ? 2 : 3;
-  io::fail(path, line,
-           fmt::format("{} may be {} landmarks in 2D or {} in 3D; `dimension = 2` or `dimension = 3` says which", what,
-                       columns.count / 2, columns.count / 3));
+  text::fail(path, line,
+             fmt::format("{} may be {} landmarks in 2D or {} in 3D; `dimension = 2` or `dimension = 3` says which",
+                         what, columns.count / 2, columns.count / 3));
 }
 
 }  // namespace
@@ -101,10 +101,10 @@ std::vector<std::string> name_numbered_coordinates(const std::string& path, std:
   const NumberedColumns columns = find_numbered(records.front());
   const std::size_t d = dimension_of(path, records, columns, static_cast<std::size_t>(dimension));
   for (std::size_t i = 0; i < columns.count; ++i)
-    records.front().fields[columns.begin + i] = fmt::format("{}{}", io::kAxisLetters[i % d], i / d + 1);
+    records.front().fields[columns.begin + i] = fmt::format("{}{}", text::kAxisLetters[i % d], i / d + 1);
   if (columns.count % 6 != 0 || dimension > 0) return {};
   return {fmt::format("{}: {} coordinates per line, read as {} in {}D", path, columns.count,
-                      io::counted(columns.count / d, "landmark"), d)};
+                      text::counted(columns.count / d, "landmark"), d)};
 }
 
 namespace {
@@ -144,7 +144,7 @@ namespace {
 /// `Mean`, `SD` and their like in one of the first two columns, as ImageJ summarises its results.
 bool is_summary(const CsvRecord& record, std::initializer_list<std::string_view> names) {
   for (std::size_t i = 0; i < std::min<std::size_t>(2, record.fields.size()); ++i)
-    if (std::find(names.begin(), names.end(), io::to_lower(record.fields[i])) != names.end()) return true;
+    if (std::find(names.begin(), names.end(), text::to_lower(record.fields[i])) != names.end()) return true;
   return false;
 }
 
@@ -163,10 +163,10 @@ std::vector<std::string> drop_summary_rows(const std::string& path, std::vector<
   if (!has_mean || !has_deviation) return {};
   const std::string note =
       fmt::format("{}:{}: {} from here on, such as {}, are summaries and no landmarks", path, records[begin].line,
-                  io::counted(records.size() - begin, "line"),
-                  io::in_quotes(is_summary({0, {records[begin].fields.front()}}, {"mean", "sd", "min", "max"})
-                                    ? records[begin].fields.front()
-                                    : records[begin].fields[1]));
+                  text::counted(records.size() - begin, "line"),
+                  text::in_quotes(is_summary({0, {records[begin].fields.front()}}, {"mean", "sd", "min", "max"})
+                                      ? records[begin].fields.front()
+                                      : records[begin].fields[1]));
   records.resize(begin);
   return {note};
 }

@@ -23,7 +23,7 @@ std::string name_or_empty(const CsvRecord& record, std::optional<std::size_t> co
 
 bool is_undefined(const CsvRecord& record, const CsvColumns& columns) {
   if (!columns.defined) return false;
-  const std::string field = io::to_lower(record.fields[*columns.defined]);
+  const std::string field = text::to_lower(record.fields[*columns.defined]);
   return field == "0" || field == "false";
 }
 
@@ -37,11 +37,11 @@ class ShapeBuilder {
     const std::string label = name_or_empty(record, columns_.label);
     const std::string group = name_or_empty(record, columns_.group);
     const std::string number = std::to_string(labels_.size() + 1);
-    io::CoordinatePlace place{path_, record.line, label.empty() ? number : io::in_quotes(label), "", 0};
-    if (!columns_.specimen.empty()) place.shape = "specimen " + io::in_quotes(name_);
+    text::CoordinatePlace place{path_, record.line, label.empty() ? number : text::in_quotes(label), "", 0};
+    if (!columns_.specimen.empty()) place.shape = "specimen " + text::in_quotes(name_);
     const bool is_missing = is_undefined(record, columns_);
     for (const std::size_t column : columns_.coordinates) {
-      const double value = io::parse_coordinate(record.fields[column], place);
+      const double value = text::parse_coordinate(record.fields[column], place);
       coordinates_.push_back(is_missing ? std::numeric_limits<double>::quiet_NaN() : value);
       ++place.axis;
     }
@@ -54,14 +54,14 @@ class ShapeBuilder {
 
   Landmarks finish() {
     Landmarks shape;
-    shape.points = io::points_from(coordinates_, columns_.coordinates.size());
+    shape.points = text::points_from(coordinates_, columns_.coordinates.size());
     if (columns_.are_numbered || (columns_.label && counts_from_one(labels_))) {
       shape.numbers.resize(labels_.size());
       std::iota(shape.numbers.begin(), shape.numbers.end(), 1);
     } else if (columns_.label) {
       shape.labels = std::move(labels_);
     }
-    shape.groups = io::unless_all_empty(std::move(groups_));
+    shape.groups = text::unless_all_empty(std::move(groups_));
     shape.name = std::move(name_);
     shape.image = std::move(image_);
     return shape;
@@ -72,11 +72,11 @@ class ShapeBuilder {
     if (label.empty()) return;
     const auto [other, is_new] = line_of_label_.try_emplace({group, label}, record.line);
     if (is_new) return;
-    io::fail(path_, record.line,
-             fmt::format("landmark {}{} is already on line {}; labels must differ within a shape, a column specimen "
-                         "distinguishes shapes and a column group distinguishes outlines",
-                         io::in_quotes(label), !columns_.specimen.empty() ? " of specimen " + io::in_quotes(name_) : "",
-                         other->second));
+    text::fail(path_, record.line,
+               fmt::format("landmark {}{} is already on line {}; labels must differ within a shape, a column specimen "
+                           "distinguishes shapes and a column group distinguishes outlines",
+                           text::in_quotes(label),
+                           !columns_.specimen.empty() ? " of specimen " + text::in_quotes(name_) : "", other->second));
   }
 
   const std::string& path_;
@@ -100,7 +100,7 @@ class Specimens {
     const std::string name = joined_fields(record, columns_.specimen);
     if (!columns_.specimen.empty() && name.empty()) {
       if (is_named_once_ && !names_.empty()) return names_.size() - 1;
-      io::fail(path_, record.line, "the specimen is empty; each line needs one");
+      text::fail(path_, record.line, "the specimen is empty; each line needs one");
     }
     const auto [entry, is_new] = places_.try_emplace(name, names_.size());
     if (is_new) names_.push_back(name);
@@ -166,7 +166,7 @@ std::optional<int> axes_in_turn(const Points& line) {
 std::vector<std::string> doubts_without_header(const std::string& path, const Landmarks& shape) {
   if (shape.dimension() == 1) {
     std::string doubt = fmt::format("{}: one column without a header, read as {} on a line (1D)", path,
-                                    io::counted(static_cast<std::size_t>(shape.count()), "landmark"));
+                                    text::counted(static_cast<std::size_t>(shape.count()), "landmark"));
     if (const std::optional<int> axes = axes_in_turn(shape.points))
       doubt +=
           fmt::format("; if it holds x{} in turn, use `dimension = {}`", *axes == 2 ? " and y" : ", y and z", *axes);
@@ -231,8 +231,8 @@ LandmarkFile read_table_with_header(const std::string& path, std::vector<CsvReco
 LandmarkFile read_table_without_header(const std::string& path, const std::vector<CsvRecord>& records) {
   const bool has_names = holds_named_points(records);
   if (records.size() > 1 && records.front().fields.size() > 3 && counts_lines(records, 0, 0))
-    io::fail(path, records.front().line,
-             "the first column counts the lines; the table needs a header such as id,x,y,z");
+    text::fail(path, records.front().line,
+               "the first column counts the lines; the table needs a header such as id,x,y,z");
   const CsvColumns columns =
       has_names ? columns_of_named_points(records.front()) : columns_without_header(path, records.front());
   require_equal_lengths(path, records);

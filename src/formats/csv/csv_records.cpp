@@ -33,14 +33,14 @@ char find_delimiter(std::string_view line) {
 }
 
 /// From the beginning of `text` to the end of a later line, with the ends of the lines between.
-std::string_view up_to(const io::TextLine& last, std::string_view text) {
+std::string_view up_to(const text::TextLine& last, std::string_view text) {
   return {text.data(), static_cast<std::size_t>(last.text.data() + last.text.size() - text.data())};
 }
 
 /// Takes the fields off the front of a line, one by one; one in quotes may go on in the lines after it.
 class FieldReader {
  public:
-  FieldReader(std::span<const io::TextLine> lines, char delimiter)
+  FieldReader(std::span<const text::TextLine> lines, char delimiter)
       : lines_(lines), rest_(trimmed(lines.front().text, delimiter)), delimiter_(delimiter) {}
 
   /// The next field, with the blanks within its quotes; nothing if these are not closed or text follows them.
@@ -57,7 +57,7 @@ class FieldReader {
   bool next() {
     if (rest_.empty()) return false;
     rest_.remove_prefix(1);
-    if (delimiter_ == kAnyBlanks) rest_ = io::trim(rest_);
+    if (delimiter_ == kAnyBlanks) rest_ = text::trim(rest_);
     return true;
   }
 
@@ -66,7 +66,7 @@ class FieldReader {
 
  private:
   static std::string_view trimmed(std::string_view line, char delimiter) {
-    return delimiter == kAnyBlanks ? io::trim(line) : line;
+    return delimiter == kAnyBlanks ? text::trim(line) : line;
   }
 
   bool is_delimiter(char c) const { return delimiter_ == kAnyBlanks ? is_blank(c) : c == delimiter_; }
@@ -78,7 +78,7 @@ class FieldReader {
   std::string take_plain() {
     const auto end = std::find_if(rest_.begin(), rest_.end(), [this](char c) { return is_delimiter(c); });
     const auto length = static_cast<std::size_t>(end - rest_.begin());
-    std::string field(io::trim(rest_.substr(0, length)));
+    std::string field(text::trim(rest_.substr(0, length)));
     rest_.remove_prefix(length);
     return field;
   }
@@ -105,7 +105,7 @@ class FieldReader {
     return true;
   }
 
-  std::span<const io::TextLine> lines_;
+  std::span<const text::TextLine> lines_;
   std::size_t line_ = 0;
   std::string_view rest_;
   char delimiter_;
@@ -113,15 +113,15 @@ class FieldReader {
 
 /// Splits the first of these lines, and those on which its fields in quotes go on, into the fields of a record.
 /// @return how many lines that are
-std::size_t split_fields(const std::string& path, std::span<const io::TextLine> lines, char delimiter,
+std::size_t split_fields(const std::string& path, std::span<const text::TextLine> lines, char delimiter,
                          CsvRecord& record) {
   FieldReader reader(lines, delimiter);
   do {
     std::optional<std::string> field = reader.take();
     if (!field)
-      io::fail(path, lines.front().number,
-               "broken quotes in " + io::in_quotes(lines.front().text) + "; a field in quotes is \"like this\"");
-    const std::string_view plain = io::trim(*field);
+      text::fail(path, lines.front().number,
+                 "broken quotes in " + text::in_quotes(lines.front().text) + "; a field in quotes is \"like this\"");
+    const std::string_view plain = text::trim(*field);
     if (plain.size() < field->size()) {
       record.padded.emplace_back(record.fields.size(), *field);
       field = std::string(plain);
@@ -132,9 +132,9 @@ std::size_t split_fields(const std::string& path, std::span<const io::TextLine> 
 }
 
 /// The first of these lines and those after it, up to where its quotes are closed; it alone where they never are.
-std::string_view with_closed_quotes(std::span<const io::TextLine> lines) {
+std::string_view with_closed_quotes(std::span<const text::TextLine> lines) {
   std::size_t quotes = 0;
-  for (const io::TextLine& line : lines) {
+  for (const text::TextLine& line : lines) {
     quotes += static_cast<std::size_t>(std::count(line.text.begin(), line.text.end(), '"'));
     if (quotes % 2 == 0) return up_to(line, lines.front().text);
   }
@@ -144,7 +144,7 @@ std::string_view with_closed_quotes(std::span<const io::TextLine> lines) {
 /// What Excel's first line `sep=;` names.
 std::optional<char> named_delimiter(std::string_view content) {
   if (content.starts_with('"')) content.remove_prefix(1);
-  if (content.size() < 5 || io::to_lower(content.substr(0, 4)) != "sep=") return std::nullopt;
+  if (content.size() < 5 || text::to_lower(content.substr(0, 4)) != "sep=") return std::nullopt;
   const std::string_view rest = content.substr(5);
   const bool is_alone = rest.find_first_not_of(std::string{'"', content[4]}) == std::string_view::npos;
   return is_alone && std::string_view(",;\t|").find(content[4]) != std::string_view::npos ? std::optional(content[4])
@@ -179,7 +179,7 @@ bool is_csv_comment(std::string_view content) {
   if (content.starts_with("//")) return true;
   if (!content.starts_with('#')) return false;
   const std::string_view word = content.substr(0, content.find_first_of(",;\t"));
-  return word.size() < 2 || !io::is_missing(io::trim(word));
+  return word.size() < 2 || !text::is_missing(text::trim(word));
 }
 
 bool names_csv_delimiter(std::string_view content) { return named_delimiter(content).has_value(); }
@@ -192,8 +192,8 @@ class RecordReader {
   explicit RecordReader(const std::string& path) : path_(path) {}
 
   /// Takes the first of these lines, and those on which its fields go on. @return how many lines that are
-  std::size_t add(std::span<const io::TextLine> lines) {
-    const std::string_view content = io::trim(lines.front().text);
+  std::size_t add(std::span<const text::TextLine> lines) {
+    const std::string_view content = text::trim(lines.front().text);
     if (content.empty()) {
       next_.follows_blank_line = true;
       return 1;
@@ -222,16 +222,16 @@ class RecordReader {
 
  private:
   /// `#3,1.5,2` may be a row whose name begins with the mark of comments.
-  void note_row_in_comment(const io::TextLine& line) {
+  void note_row_in_comment(const text::TextLine& line) {
     if (records_.empty() || delimiter_ == kAnyBlanks || records_.back().comment_row > 0) return;
     if (line.text.find('"') != std::string_view::npos) return;
     CsvRecord row{line.number, {}};
     split_fields(path_, {&line, 1}, *delimiter_, row);
-    const bool has_number = std::any_of(row.fields.begin() + 1, row.fields.end(), io::is_number);
+    const bool has_number = std::any_of(row.fields.begin() + 1, row.fields.end(), text::is_number);
     if (has_number && row.fields.size() == records_.front().fields.size()) records_.back().comment_row = line.number;
   }
 
-  std::size_t add_record(std::span<const io::TextLine> lines) {
+  std::size_t add_record(std::span<const text::TextLine> lines) {
     CsvRecord record = std::exchange(next_, {});
     record.line = lines.front().number;
     const std::size_t taken = split_fields(path_, lines, *delimiter_, record);
@@ -255,7 +255,7 @@ class RecordReader {
 
   const std::string& path_;
   std::optional<char> delimiter_;
-  io::TextLine comment_{};
+  text::TextLine comment_{};
   CsvRecord next_{};
   std::vector<CsvRecord> records_;
 };
@@ -264,16 +264,16 @@ class RecordReader {
 
 std::vector<CsvRecord> csv_records(const std::string& path, std::string_view text, std::size_t limit) {
   RecordReader reader(path);
-  const std::vector<io::TextLine> lines = io::split_lines(path, text);
-  for (std::span<const io::TextLine> rest = lines; !rest.empty() && reader.count() < limit;)
+  const std::vector<text::TextLine> lines = text::split_lines(path, text);
+  for (std::span<const text::TextLine> rest = lines; !rest.empty() && reader.count() < limit;)
     rest = rest.subspan(reader.add(rest));
   return reader.finish();
 }
 
 std::optional<char> csv_delimiter(const std::string& path, std::string_view text) {
   RecordReader reader(path);
-  const std::vector<io::TextLine> lines = io::split_lines(path, text);
-  for (std::span<const io::TextLine> rest = lines; !rest.empty() && reader.count() == 0;)
+  const std::vector<text::TextLine> lines = text::split_lines(path, text);
+  for (std::span<const text::TextLine> rest = lines; !rest.empty() && reader.count() == 0;)
     rest = rest.subspan(reader.add(rest));
   return reader.count() > 0 ? reader.delimiter() : std::nullopt;
 }
@@ -335,7 +335,7 @@ bool has_decimal_commas(const std::vector<CsvRecord>& records, char delimiter, c
 
 bool commas_may_be_decimal(std::string_view text) {
   for (std::size_t i = text.find(','); i != std::string_view::npos; i = text.find(',', i + 1))
-    if (i == 0 || i + 1 == text.size() || !io::is_digit(text[i - 1]) || !io::is_digit(text[i + 1])) return false;
+    if (i == 0 || i + 1 == text.size() || !text::is_digit(text[i - 1]) || !text::is_digit(text[i + 1])) return false;
   return true;
 }
 
@@ -360,7 +360,7 @@ std::vector<CsvRecord> first_records(std::string_view text, std::size_t count) {
 void require_short_name(const std::string& path, const CsvRecord& record, const std::string& name) {
   constexpr std::size_t kLongest = 200;
   if (name.size() > kLongest)
-    io::fail(path, record.line, fmt::format("the name {} is longer than {} bytes", io::in_quotes(name), kLongest));
+    text::fail(path, record.line, fmt::format("the name {} is longer than {} bytes", text::in_quotes(name), kLongest));
 }
 
 }  // namespace pulson::formats

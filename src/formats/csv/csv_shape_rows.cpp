@@ -37,19 +37,19 @@ bool is_upper(char c) { return c >= 'A' && c <= 'Z'; }
 /// Whether the last letter stands apart from those before it: `nose_x`, `noseX`, `L1x`.
 bool ends_in_letter(std::string_view text) {
   const char before = text[text.size() - 2];
-  return is_separator(before) || io::is_digit(before) || (is_upper(text.back()) && !is_upper(before));
+  return is_separator(before) || text::is_digit(before) || (is_upper(text.back()) && !is_upper(before));
 }
 
 }  // namespace
 
 std::optional<CoordinateName> parse_numbered_coordinate(std::string_view name) {
-  const std::string lower = io::to_lower(name);
+  const std::string lower = text::to_lower(name);
   const std::string_view text = lower;
   if (text.size() < 2) return std::nullopt;
   std::optional<CoordinateName> found;
-  if (const std::size_t axis = io::kAxisLetters.find(text.back()); axis != io::kAxisLetters.npos)
+  if (const std::size_t axis = text::kAxisLetters.find(text.back()); axis != text::kAxisLetters.npos)
     found = {axis, parse_landmark(without_separators(text.substr(0, text.size() - 1))), ""};
-  else if (const std::size_t first = io::kAxisLetters.find(text.front()); first != io::kAxisLetters.npos)
+  else if (const std::size_t first = text::kAxisLetters.find(text.front()); first != text::kAxisLetters.npos)
     found = {first, parse_landmark(without_separators(text.substr(1))), ""};
   return found && found->number ? found : std::nullopt;
 }
@@ -57,13 +57,13 @@ std::optional<CoordinateName> parse_numbered_coordinate(std::string_view name) {
 std::optional<CoordinateName> parse_named_coordinate(std::string_view name) {
   const std::string_view text = name.substr(0, name.find_last_not_of(")]") + 1);
   if (text.size() < 2) return std::nullopt;
-  const std::string lower = io::to_lower(text);
+  const std::string lower = text::to_lower(text);
   std::optional<CoordinateName> found;
-  if (const std::size_t axis = io::kAxisLetters.find(lower.back());
-      axis != io::kAxisLetters.npos && ends_in_letter(text))
+  if (const std::size_t axis = text::kAxisLetters.find(lower.back());
+      axis != text::kAxisLetters.npos && ends_in_letter(text))
     found = {axis, {}, std::string(without_separators(text.substr(0, text.size() - 1)))};
-  else if (const std::size_t first = io::kAxisLetters.find(lower.front());
-           first != io::kAxisLetters.npos && is_separator(text[1]))
+  else if (const std::size_t first = text::kAxisLetters.find(lower.front());
+           first != text::kAxisLetters.npos && is_separator(text[1]))
     found = {first, {}, std::string(without_separators(text.substr(1)))};
   return found && !found->label.empty() ? found : std::nullopt;
 }
@@ -90,7 +90,7 @@ bool names_other_things(const std::string& label) {
   constexpr std::array<std::string_view, 19> kOthers = {
       "source", "target", "src", "dst",       "fixed",    "moving", "from", "to", "start", "end",
       "before", "after",  "ref", "reference", "template", "min",    "max",  "p",  "q"};
-  return std::find(kOthers.begin(), kOthers.end(), io::to_lower(label)) != kOthers.end();
+  return std::find(kOthers.begin(), kOthers.end(), text::to_lower(label)) != kOthers.end();
 }
 
 bool holds_landmark_per_line(const CsvRecord& header) {
@@ -167,9 +167,9 @@ class ShapeColumnFinder {
     }
     std::optional<std::size_t>& column = landmark_of(*name).columns[name->axis];
     if (column)
-      io::fail(path_, header_.line,
-               fmt::format("the columns {} and {} mean the same; give only one", io::in_quotes(header_.fields[*column]),
-                           io::in_quotes(field)));
+      text::fail(path_, header_.line,
+                 fmt::format("the columns {} and {} mean the same; give only one",
+                             text::in_quotes(header_.fields[*column]), text::in_quotes(field)));
     column = i;
     columns_.dimension = std::max(columns_.dimension, name->axis + 1);
   }
@@ -192,9 +192,9 @@ class ShapeColumnFinder {
     for (const ShapeLandmark& landmark : columns_.landmarks)
       for (std::size_t axis = 0; axis < columns_.dimension; ++axis)
         if (!landmark.columns[axis])
-          io::fail(path_, header_.line,
-                   fmt::format("no column holds {} of landmark {}", io::kAxisLetters[axis],
-                               columns_.are_numbered ? landmark.label : io::in_quotes(landmark.label)));
+          text::fail(path_, header_.line,
+                     fmt::format("no column holds {} of landmark {}", text::kAxisLetters[axis],
+                                 columns_.are_numbered ? landmark.label : text::in_quotes(landmark.label)));
   }
 
   const std::string& path_;
@@ -212,11 +212,11 @@ Landmarks read_shape(const std::string& path, const CsvRecord& record, const Sha
   if (image && names_image(record.fields[*image])) shape.image = record.fields[*image];
   std::vector<double> coordinates;
   for (const ShapeLandmark& landmark : columns.landmarks) {
-    io::CoordinatePlace place{path, record.line, landmark.label, fmt::format("shape {}", number), 0};
+    text::CoordinatePlace place{path, record.line, landmark.label, fmt::format("shape {}", number), 0};
     for (; place.axis < columns.dimension; ++place.axis)
-      coordinates.push_back(io::parse_coordinate(record.fields[*landmark.columns[place.axis]], place));
+      coordinates.push_back(text::parse_coordinate(record.fields[*landmark.columns[place.axis]], place));
   }
-  shape.points = io::points_from(coordinates, columns.dimension);
+  shape.points = text::points_from(coordinates, columns.dimension);
   shape.labels = labels;
   return shape;
 }

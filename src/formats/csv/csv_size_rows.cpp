@@ -21,7 +21,7 @@ Eigen::VectorXd numbers_of(const CsvRecord& record) {
   Eigen::VectorXd numbers(std::ssize(record.fields));
   for (std::size_t i = 0; i < record.fields.size(); ++i)
     numbers[static_cast<Eigen::Index>(i)] =
-        io::is_number(record.fields[i]) ? parse_number(record.fields[i], "") : io::kMissing;
+        text::is_number(record.fields[i]) ? parse_number(record.fields[i], "") : text::kMissing;
   return numbers;
 }
 
@@ -126,7 +126,7 @@ LandmarkFile read_size_rows(const std::string& path, const std::vector<CsvRecord
   const bool is_its_size = end_in_size(rows_of(records), d);
   file.warnings = {fmt::format("{}: {} numbers per line without a header, read as shapes of {} in {}D; the last is {}",
                                path, width,
-                               io::counted(static_cast<std::size_t>(file.shapes.front().count()), "landmark"), d,
+                               text::counted(static_cast<std::size_t>(file.shapes.front().count()), "landmark"), d,
                                is_its_size ? "their centroid size"
                                            : "taken for the centroid size before they were superimposed, as IMP writes "
                                              "it, which theirs is not")};

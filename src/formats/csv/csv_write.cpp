@@ -18,8 +18,8 @@ namespace pulson::formats {
 namespace {
 
 /// The header's end: `x[,y[,z]][,group]`
-void end_header(io::CsvTable& table, int dimension, bool has_groups) {
-  for (int axis = 0; axis < dimension; ++axis) table.word(io::kAxisLetters.substr(static_cast<std::size_t>(axis), 1));
+void end_header(text::CsvTable& table, int dimension, bool has_groups) {
+  for (int axis = 0; axis < dimension; ++axis) table.word(text::kAxisLetters.substr(static_cast<std::size_t>(axis), 1));
   if (has_groups) table.word("group");
   table.end_row();
 }
@@ -32,7 +32,7 @@ std::string comment_of_frame(const Landmarks& shape) {
 }  // namespace
 
 std::string landmarks_csv(const Landmarks& shape) {
-  io::CsvTable table;
+  text::CsvTable table;
   if (!shape.labels.empty()) table.word("label");
   end_header(table, shape.dimension(), !shape.groups.empty());
   for (int i = 0; i < shape.count(); ++i) {
@@ -67,7 +67,7 @@ class TableShapes {
       losses_.push_back(
           fmt::format("{}: its first line says how its points lie on their picture: {} (R's read.csv skips "
                       "it with comment.char = \"#\")",
-                      target_.path, io::in_quotes(comment.substr(0, comment.size() - 1))));
+                      target_.path, text::in_quotes(comment.substr(0, comment.size() - 1))));
     if (unlabelled_ > 0) losses_.push_back(cannot_hold(target_, "labels that repeat", unlabelled_, count_));
   }
 
@@ -138,8 +138,8 @@ class TableShapes {
         throw InputError(
             fmt::format("{}: a table counts y in one direction; y of {} points {} and of {} {}: convert one "
                         "with `mirror_y`",
-                        target_.path, io::in_quotes(shapes_.front().name), first.y_down ? "down" : "up",
-                        io::in_quotes(shape.name), first.y_down ? "up" : "down"));
+                        target_.path, text::in_quotes(shapes_.front().name), first.y_down ? "down" : "up",
+                        text::in_quotes(shape.name), first.y_down ? "up" : "down"));
       shape.frame = Frame{.y_down = first.y_down, .says_y = first.says_y};
     }
     losses_.push_back(cannot_hold(target_, "frames that differ between shapes: sizes of pictures, units per pixel"));
@@ -150,8 +150,8 @@ class TableShapes {
     for (const Landmarks& shape : shapes_)
       if (shape.dimension() != dimension)
         throw InputError(fmt::format("{}: {} is in {}D and {} in {}D; the shapes of a table need the same dimension",
-                                     target_.path, io::in_quotes(shapes_.front().name), dimension,
-                                     io::in_quotes(shape.name), shape.dimension()));
+                                     target_.path, text::in_quotes(shapes_.front().name), dimension,
+                                     text::in_quotes(shape.name), shape.dimension()));
   }
 
   Target target_;
@@ -166,7 +166,7 @@ class TableShapes {
 std::string long_table(const std::vector<Landmarks>& shapes) {
   const bool has_labels = std::any_of(shapes.begin(), shapes.end(), [](const auto& s) { return !s.labels.empty(); });
   const bool has_groups = std::any_of(shapes.begin(), shapes.end(), [](const auto& s) { return !s.groups.empty(); });
-  io::CsvTable table;
+  text::CsvTable table;
   table.word("specimen");
   if (has_labels) table.word("landmark");
   end_header(table, shapes.front().dimension(), has_groups);

@@ -31,10 +31,10 @@ class LabelmeReader {
     if (json_.has("imageWidth")) shape_.frame.width = json_.at("imageWidth").count();
     if (json_.has("imageHeight")) shape_.frame.height = json_.at("imageHeight").count();
     for (const JsonValue& annotation : json_.at("shapes").items()) read_annotation(annotation);
-    shape_.points = io::points_from(coordinates_, 2);
-    shape_.labels = io::unless_all_empty(std::move(labels_));
+    shape_.points = text::points_from(coordinates_, 2);
+    shape_.labels = text::unless_all_empty(std::move(labels_));
     const bool all_have_groups = std::find(groups_.begin(), groups_.end(), "") == groups_.end();
-    const bool some_have_groups = !io::unless_all_empty(groups_).empty();
+    const bool some_have_groups = !text::unless_all_empty(groups_).empty();
     if (some_have_groups && !all_have_groups) warn("a group_id that not all points have is not used");
     if (all_have_groups) shape_.groups = std::move(groups_);
     if (take_lines_as_landmarks(shape_)) {
@@ -72,7 +72,7 @@ class LabelmeReader {
     } else if (points.cols() > 1 && kind == "polygon") {
       shape_.outlines.push_back(points);
     } else {
-      warn(fmt::format("the {} {} of LabelMe is not used", io::in_quotes(kind), io::in_quotes(label)));
+      warn(fmt::format("the {} {} of LabelMe is not used", text::in_quotes(kind), text::in_quotes(label)));
     }
   }
 

@@ -45,12 +45,12 @@ class CocoReader {
     name_by_images(file_.shapes);
     if (without_keypoints_ > 0)
       file_.warnings.push_back(
-          fmt::format("{}: {} without keypoints left out", path_, io::counted(without_keypoints_, "annotation")));
+          fmt::format("{}: {} without keypoints left out", path_, text::counted(without_keypoints_, "annotation")));
     if (hidden_ > 0)
       file_.warnings.push_back(
           fmt::format("{}: {} with a position and visibility 0, not labelled by COCO's rule, read "
                       "as missing",
-                      path_, io::counted(hidden_, "keypoint")));
+                      path_, text::counted(hidden_, "keypoint")));
     return std::move(file_);
   }
 
@@ -80,7 +80,7 @@ class CocoReader {
       if (!labels.empty() && labels.size() != static_cast<std::size_t>(shape.count()))
         annotation.at("keypoints")
             .fail(fmt::format("has {}; its category names {}",
-                              io::counted(static_cast<std::size_t>(shape.count()), "keypoint"), labels.size()));
+                              text::counted(static_cast<std::size_t>(shape.count()), "keypoint"), labels.size()));
       shape.labels = labels;
       shape.links = category->second.links;
     }
@@ -107,7 +107,7 @@ class CocoReader {
       const bool is_at_zero = triples(0, i) == 0 && triples(1, i) == 0;
       if (triples(2, i) != 0 || (!has_flags && !is_at_zero)) continue;
       hidden_ += is_at_zero ? 0 : 1;
-      shape.points.col(i).setConstant(io::kMissing);
+      shape.points.col(i).setConstant(text::kMissing);
     }
   }
 

@@ -76,7 +76,7 @@ class GeoJsonReader {
     } else if (kind == "MultiPolygon") {
       for (const JsonValue& polygon : coordinates.items()) add_rings(polygon);
     } else {
-      file_.warnings.push_back(fmt::format("{}: the geometry {} is not used", path_, io::in_quotes(kind)));
+      file_.warnings.push_back(fmt::format("{}: the geometry {} is not used", path_, text::in_quotes(kind)));
     }
   }
 

@@ -39,8 +39,8 @@ std::vector<std::string> read_names(const JsonValue& object, const std::string& 
   if (!object.has(key)) return {};
   std::vector<std::string> names = object.at(key).texts();
   if (!names.empty() && names.size() != static_cast<std::size_t>(count))
-    object.at(key).fail(fmt::format("has {} for {}", io::counted(names.size(), "item"),
-                                    io::counted(static_cast<std::size_t>(count), "point")));
+    object.at(key).fail(fmt::format("has {} for {}", text::counted(names.size(), "item"),
+                                    text::counted(static_cast<std::size_t>(count), "point")));
   return names;
 }
 
@@ -206,7 +206,7 @@ LandmarkFile read_json(const std::string& path, std::string_view text) {
   unknown.erase("units");
   unknown.erase("axes");
   for (const std::string& key : unknown)
-    file.warnings.push_back(fmt::format("{}: the key {} is not used", path, io::in_quotes(key)));
+    file.warnings.push_back(fmt::format("{}: the key {} is not used", path, text::in_quotes(key)));
   return file;
 }
 

@@ -214,10 +214,10 @@ Eigen::MatrixXd JsonValue::columns(Eigen::Index size, bool may_lack) const {
     const nlohmann::json& row = (*value_)[static_cast<std::size_t>(i)];
     if (!row.is_array() || !std::all_of(row.begin(), row.end(), is_known)) fail("is not a list of lists of numbers");
     if (std::ssize(row) != size)
-      fail(fmt::format("has {} in row {}; {} are needed", io::counted(row.size(), "number"), i + 1, size));
+      fail(fmt::format("has {} in row {}; {} are needed", text::counted(row.size(), "number"), i + 1, size));
     for (Eigen::Index c = 0; c < size; ++c) {
       const nlohmann::json& item = row[static_cast<std::size_t>(c)];
-      matrix(c, i) = item.is_null() ? io::kMissing : item.get<double>();
+      matrix(c, i) = item.is_null() ? text::kMissing : item.get<double>();
     }
   }
   return matrix;
@@ -243,7 +243,7 @@ void JsonValue::read_point(std::size_t index, Points& points) const {
   const nlohmann::json& point = (*value_)[index];
   auto column = points.col(static_cast<Eigen::Index>(index));
   if (point.is_null()) {
-    column.setConstant(io::kMissing);
+    column.setConstant(text::kMissing);
     return;
   }
   const auto fail_here = [&](const std::string& problem) {
@@ -251,14 +251,14 @@ void JsonValue::read_point(std::size_t index, Points& points) const {
   };
   if (!is_coordinates(point)) fail_here("is not a list of 1, 2 or 3 numbers");
   if (static_cast<Eigen::Index>(point.size()) != points.rows())
-    fail_here(fmt::format("has {}; the first point has {}", io::counted(point.size(), "number"), points.rows()));
+    fail_here(fmt::format("has {}; the first point has {}", text::counted(point.size(), "number"), points.rows()));
   for (std::size_t axis = 0; axis < point.size(); ++axis)
-    column[static_cast<Eigen::Index>(axis)] = point[axis].is_null() ? io::kMissing : point[axis].get<double>();
+    column[static_cast<Eigen::Index>(axis)] = point[axis].is_null() ? text::kMissing : point[axis].get<double>();
 }
 
 void JsonValue::fail(std::string_view problem) const {
   if (place_.empty()) throw InputError(fmt::format("{}: the file {}", *file_, problem));
-  throw InputError(fmt::format("{}: {} {}", *file_, io::in_quotes(place_), problem));
+  throw InputError(fmt::format("{}: {} {}", *file_, text::in_quotes(place_), problem));
 }
 
 std::string text_of(const JsonValue& object, const std::string& key) {

@@ -33,7 +33,7 @@ Eigen::VectorXd coordinates_of(const Json& place) {
   for (Eigen::Index axis = 0; axis < point.size(); ++axis) {
     const auto at = static_cast<std::size_t>(axis);
     const Json& number = place.is_array() ? place[at] : place[kAxes[at]];
-    point[axis] = number.is_null() ? io::kMissing : number.get<double>();
+    point[axis] = number.is_null() ? text::kMissing : number.get<double>();
   }
   return point;
 }

@@ -25,7 +25,7 @@ std::string label_of(const JsonValue& attributes) {
   constexpr std::array<const char*, 8> kNames = {"landmark", "lm", "keypoint", "point", "label", "name", "id", "part"};
   for (const char* const name : kNames)
     for (const auto& [key, value] : attributes.value().items())
-      if (io::to_lower(key) == name && (value.is_string() || value.is_number())) return text_of(attributes, key);
+      if (text::to_lower(key) == name && (value.is_string() || value.is_number())) return text_of(attributes, key);
   if (attributes.value().size() != 1) return {};
   const auto only = attributes.value().begin();
   if (only.value().is_string() || only.value().is_number()) return text_of(attributes, only.key());
@@ -69,7 +69,7 @@ class ViaShapes {
     name_by_images(file_.shapes);
     for (const auto& [kind, count] : unused_)
       file_.warnings.push_back(fmt::format("{}: {} not used; points, polylines and polygons are", path_,
-                                           io::counted(count, "region " + io::in_quotes(kind))));
+                                           text::counted(count, "region " + text::in_quotes(kind))));
     return std::move(file_);
   }
 
@@ -135,7 +135,7 @@ constexpr std::string_view kViaHeader = "filename,file_size,file_attributes,regi
 
 /// The text without the mark of a comment that version 1 has before the header.
 std::string_view without_mark(std::string_view text) {
-  text = io::without_byte_order_mark(text);
+  text = text::without_byte_order_mark(text);
   return text.starts_with('#') ? text.substr(1) : text;
 }
 
@@ -147,7 +147,7 @@ LandmarkFile read_via_csv(const std::string& path, std::string_view text) {
   const auto column_of = [&](std::string_view name) {
     const auto& names = records.front().fields;
     const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end()) io::fail(path, records.front().line, fmt::format("there is no column {}", name));
+    if (found == names.end()) text::fail(path, records.front().line, fmt::format("there is no column {}", name));
     return static_cast<std::size_t>(found - names.begin());
   };
   require_equal_lengths(path, records);

@@ -23,35 +23,35 @@ constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
 
 /// What a line is but for the quotes that spreadsheets put around comments with commas.
 std::string_view without_quote(std::string_view line) {
-  line = io::trim(line);
+  line = text::trim(line);
   return line.starts_with("\"#") ? line.substr(1) : line;
 }
 
 bool is_fcsv_comment(std::string_view line) { return without_quote(line).starts_with('#'); }
 
 /// The fields of a line, which may be in quotes; a quote in them is doubled.
-std::vector<std::string> split_fields(const std::string& path, const io::TextLine& line, char delimiter) {
+std::vector<std::string> split_fields(const std::string& path, const text::TextLine& line, char delimiter) {
   std::vector<std::string> fields(1);
   bool in_quote = false;
   for (std::size_t i = 0; i < line.text.size(); ++i) {
     const char c = line.text[i];
     if (c == '"' && in_quote && i + 1 < line.text.size() && line.text[i + 1] == '"')
       fields.back() += line.text[++i];
-    else if (c == '"' && (in_quote || io::trim(fields.back()).empty()))
+    else if (c == '"' && (in_quote || text::trim(fields.back()).empty()))
       in_quote = !in_quote;
     else if (c == delimiter && !in_quote)
       fields.emplace_back();
     else
       fields.back() += c;
   }
-  if (in_quote) io::fail(path, line.number, "a quotation mark is not closed");
+  if (in_quote) text::fail(path, line.number, "a quotation mark is not closed");
   return fields;
 }
 
 /// What is between the columns: commas or, in copies of spreadsheets, semicolons or tabs.
-char find_fcsv_delimiter(const std::vector<io::TextLine>& lines) {
-  for (const io::TextLine& line : lines) {
-    if (is_fcsv_comment(line.text) || io::trim(line.text).empty()) continue;
+char find_fcsv_delimiter(const std::vector<text::TextLine>& lines) {
+  for (const text::TextLine& line : lines) {
+    if (is_fcsv_comment(line.text) || text::trim(line.text).empty()) continue;
     for (const char delimiter : {';', '\t'})
       if (std::count(line.text.begin(), line.text.end(), delimiter) >= 3) return delimiter;
     return ',';
@@ -63,7 +63,7 @@ char find_fcsv_delimiter(const std::vector<io::TextLine>& lines) {
 bool looks_like_date(std::string_view field) {
   constexpr std::array<std::string_view, 16> kMonths = {"jan", "feb", "mar", "m\xC3\xA4r", "mrz", "apr", "may", "mai",
                                                         "jun", "jul", "aug", "sep",        "oct", "okt", "nov", "dez"};
-  if (field.find_first_of("0123456789") == std::string_view::npos || io::is_number(field)) return false;
+  if (field.find_first_of("0123456789") == std::string_view::npos || text::is_number(field)) return false;
   const auto is_in = [&](std::string_view month) { return field.find(month) != std::string_view::npos; };
   return std::any_of(kMonths.begin(), kMonths.end(), is_in) || is_in("dec") || is_in("/") ||
          std::count(field.begin(), field.end(), '.') == 2 || std::count(field.begin(), field.end(), ':') > 0;
@@ -72,43 +72,43 @@ bool looks_like_date(std::string_view field) {
 /// One pass over the lines of a file.
 class FcsvReader {
  public:
-  FcsvReader(const std::string& path, std::string_view text) : path_(path), lines_(io::split_lines(path, text)) {
+  FcsvReader(const std::string& path, std::string_view text) : path_(path), lines_(text::split_lines(path, text)) {
     file_.units = "mm";
     delimiter_ = find_fcsv_delimiter(lines_);
   }
 
   LandmarkFile read() {
-    for (const io::TextLine& line : lines_) {
+    for (const text::TextLine& line : lines_) {
       if (is_fcsv_comment(line.text))
         read_comment(line);
-      else if (!io::trim(line.text).empty())
+      else if (!text::trim(line.text).empty())
         read_landmark(line);
     }
     if (!has_version_ && !has_axes_) file_.axes = "RAS";  // as Slicer takes files of its version 3
     Landmarks& shape = file_.shapes.emplace_back();
-    shape.points = io::points_from(coordinates_, 3);
-    shape.labels = io::unless_all_empty(std::move(labels_));
+    shape.points = text::points_from(coordinates_, 3);
+    shape.labels = text::unless_all_empty(std::move(labels_));
     return std::move(file_);
   }
 
   const std::vector<std::size_t>& coordinates() const { return axes_; }
 
  private:
-  void read_comment(const io::TextLine& line) {
+  void read_comment(const text::TextLine& line) {
     std::string_view comment = without_quote(line.text).substr(1);
     // spreadsheets add separators, and quotes
-    comment = io::trim(comment.substr(0, comment.find_last_not_of(",;\" \t") + 1));
+    comment = text::trim(comment.substr(0, comment.find_last_not_of(",;\" \t") + 1));
     const std::size_t equals = comment.find('=');
     if (equals == std::string_view::npos) return;
-    const std::string key = io::to_lower(io::trim(comment.substr(0, equals)));
-    const std::string_view value = io::trim(comment.substr(equals + 1));
+    const std::string key = text::to_lower(text::trim(comment.substr(0, equals)));
+    const std::string_view value = text::trim(comment.substr(equals + 1));
     if (key == "markups fiducial file version") has_version_ = true;
     if (key == "coordinatesystem") read_axes(line, value);
     if (key == "columns") use_columns({line.number, value});
   }
 
-  void read_axes(const io::TextLine& line, std::string_view value) {
-    const std::string word = io::to_lower(value);
+  void read_axes(const text::TextLine& line, std::string_view value) {
+    const std::string word = text::to_lower(value);
     has_axes_ = true;
     file_.units = "mm";
     if (word == "0" || word == "ras") {
@@ -120,16 +120,16 @@ class FcsvReader {
       file_.warnings.push_back(path_ +
                                ": the coordinates are indices (IJK) of an image's voxels, with no unit of length");
     } else {
-      io::fail(path_, line.number,
-               fmt::format("CoordinateSystem is {}; RAS, LPS, IJK or 0, 1, 2 is expected", io::in_quotes(value)));
+      text::fail(path_, line.number,
+                 fmt::format("CoordinateSystem is {}; RAS, LPS, IJK or 0, 1, 2 is expected", text::in_quotes(value)));
     }
   }
 
-  void use_columns(const io::TextLine& line) {
+  void use_columns(const text::TextLine& line) {
     // a spreadsheet may separate the columns otherwise than this line, which is one of its cells
     const bool is_as_written = line.text.find(delimiter_) == std::string_view::npos;
     std::vector<std::string> names = split_fields(path_, line, is_as_written ? ',' : delimiter_);
-    for (std::string& name : names) name = io::to_lower(io::trim(name));
+    for (std::string& name : names) name = text::to_lower(text::trim(name));
     const auto place_of = [&](std::string_view name) {
       const auto found = std::find(names.begin(), names.end(), name);
       return found == names.end() ? kNoColumn : static_cast<std::size_t>(found - names.begin());
@@ -140,23 +140,24 @@ class FcsvReader {
     if (label_ == kNoColumn) label_ = place_of("name");
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (axes_[axis] == kNoColumn)
-        io::fail(path_, line.number, fmt::format("no column '{}' in {}", "xyz"[axis], io::in_quotes(line.text)));
+        text::fail(path_, line.number, fmt::format("no column '{}' in {}", "xyz"[axis], text::in_quotes(line.text)));
   }
 
-  void read_landmark(const io::TextLine& line) {
+  void read_landmark(const text::TextLine& line) {
     const std::vector<std::string> fields = split_fields(path_, line, delimiter_);
     if (axes_.empty()) use_columns({0, has_version_ || fields.size() > 6 ? kColumns : kColumnsOfSlicer3});
     const std::size_t needed = std::max({axes_[0], axes_[1], axes_[2]}) + 1;
     const std::size_t number = labels_.size() + 1;
     if (fields.size() < needed)
-      io::fail(path_, line.number,
-               fmt::format("landmark {} has {}; {} are needed", number, io::counted(fields.size(), "column"), needed));
-    labels_.push_back(label_ < fields.size() ? std::string(io::trim(fields[label_])) : "");
-    io::CoordinatePlace place{path_, line.number, std::to_string(number), "", 0};
+      text::fail(
+          path_, line.number,
+          fmt::format("landmark {} has {}; {} are needed", number, text::counted(fields.size(), "column"), needed));
+    labels_.push_back(label_ < fields.size() ? std::string(text::trim(fields[label_])) : "");
+    text::CoordinatePlace place{path_, line.number, std::to_string(number), "", 0};
     const bool is_placed = is_defined(fields);
     for (; place.axis < 3; ++place.axis) {
-      const double value = parse_field(io::trim(fields[axes_[place.axis]]), place);
-      coordinates_.push_back(is_placed ? value : io::kMissing);
+      const double value = parse_field(text::trim(fields[axes_[place.axis]]), place);
+      coordinates_.push_back(is_placed ? value : text::kMissing);
     }
   }
 
@@ -164,23 +165,23 @@ class FcsvReader {
   /// 0 undefined, 1 preview, 2 defined, 3 missing.
   bool is_defined(const std::vector<std::string>& fields) const {
     if (fields.size() != columns_ + 2) return true;
-    const std::string_view status = io::trim(fields[columns_]);
+    const std::string_view status = text::trim(fields[columns_]);
     return status != "0" && status != "1" && status != "3";
   }
 
   /// With a decimal comma too, as spreadsheets write it. @throws InputError, which says so of what one made a date
-  static double parse_field(std::string_view field, const io::CoordinatePlace& place) {
-    const std::string number = io::with_decimal_point(field);
-    if (looks_like_date(io::to_lower(number)))
-      io::fail(place.path, place.line,
-               fmt::format("landmark {}: {} is {}, as a spreadsheet writes a number that it took for a date; use the "
-                           "file as Slicer wrote it",
-                           place.landmark, io::kAxisLetters[place.axis], io::in_quotes(field)));
-    return io::parse_coordinate(number, place);
+  static double parse_field(std::string_view field, const text::CoordinatePlace& place) {
+    const std::string number = text::with_decimal_point(field);
+    if (looks_like_date(text::to_lower(number)))
+      text::fail(place.path, place.line,
+                 fmt::format("landmark {}: {} is {}, as a spreadsheet writes a number that it took for a date; use the "
+                             "file as Slicer wrote it",
+                             place.landmark, text::kAxisLetters[place.axis], text::in_quotes(field)));
+    return text::parse_coordinate(number, place);
   }
 
   const std::string& path_;
-  std::vector<io::TextLine> lines_;
+  std::vector<text::TextLine> lines_;
   LandmarkFile file_;
   bool has_version_ = false;  // of Markups, from Slicer 4 on
   bool has_axes_ = false;
@@ -193,14 +194,14 @@ class FcsvReader {
 };
 
 std::string quoted_where_needed(const std::string& label) {
-  return label.find_first_of(",\"") == std::string::npos ? label : io::csv_quoted(label);
+  return label.find_first_of(",\"") == std::string::npos ? label : text::csv_quoted(label);
 }
 
 bool sniff_fcsv(std::string_view text) {
   text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n\xEF\xBB\xBF"), text.size()));
   while (text.starts_with('#') || text.starts_with("\"#")) {
     const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
-    const std::string line = io::to_lower(text.substr(0, end));
+    const std::string line = text::to_lower(text.substr(0, end));
     for (const std::string_view mark : {"markups fiducial file", "fiducial list file", "coordinatesystem ="})
       if (line.find(mark) != std::string::npos) return true;
     text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n", end), text.size()));
@@ -219,7 +220,7 @@ WrittenLandmarks write_fcsv(const std::string& path, const LandmarkFile& file) {
   WrittenLandmarks written;
   written.losses = losses_of(target, file, {.labels = true, .units = true, .axes = knows_axes});
   if (!knows_units)
-    written.losses.push_back(cannot_hold(target, "the units " + io::in_quotes(file.units)) +
+    written.losses.push_back(cannot_hold(target, "the units " + text::in_quotes(file.units)) +
                              "; the numbers will be read as mm");
   const Points points = points_in_space(target, shape, written.losses);
   written.text = fmt::format("# Markups fiducial file version = 4.11\n# CoordinateSystem = {}\n# columns = {}\n",

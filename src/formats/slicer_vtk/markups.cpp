@@ -30,7 +30,7 @@ std::string read_axes(const JsonValue& markup) {
   const std::string text = json.value().is_number_integer() ? json.value().dump() : json.text();
   if (text == "LPS" || text == "1") return "LPS";
   if (text == "RAS" || text == "0") return "RAS";
-  json.fail(fmt::format("is {}; LPS or RAS is expected", io::in_quotes(text)));
+  json.fail(fmt::format("is {}; LPS or RAS is expected", text::in_quotes(text)));
 }
 
 /// `mm`, or the code, its scheme and its meaning.
@@ -48,18 +48,18 @@ bool is_missing_point(const JsonValue& point) {
   if (status == "undefined" || status == "missing") return true;
   if (!point.has("position")) return status != "defined";
   const nlohmann::json& position = point.at("position").value();
-  return position.is_string() && io::is_missing(position.get<std::string>());
+  return position.is_string() && text::is_missing(position.get<std::string>());
 }
 
 double read_coordinate(const nlohmann::json& number, const JsonValue& position) {
   if (number.is_number()) return number.get<double>();
-  const bool is_mark = number.is_null() || (number.is_string() && io::is_missing(number.get<std::string>()));
+  const bool is_mark = number.is_null() || (number.is_string() && text::is_missing(number.get<std::string>()));
   if (!is_mark) position.fail("is not a list of 3 numbers");
-  return io::kMissing;
+  return text::kMissing;
 }
 
 Eigen::Vector3d read_position(const JsonValue& point) {
-  if (is_missing_point(point)) return Eigen::Vector3d::Constant(io::kMissing);
+  if (is_missing_point(point)) return Eigen::Vector3d::Constant(text::kMissing);
   const JsonValue position = point.at("position");
   const bool is_whole = position.value().is_array() && position.value().size() == 3;
   if (!is_whole) position.fail("is not a list of 3 numbers");
@@ -89,15 +89,15 @@ Landmarks read_markup(const JsonValue& markup) {
     shape.points.col(static_cast<Eigen::Index>(i)) = read_position(items[i]);
     shape.labels.push_back(read_label(items[i]));
   }
-  shape.labels = io::unless_all_empty(std::move(shape.labels));
+  shape.labels = text::unless_all_empty(std::move(shape.labels));
   return shape;
 }
 
 /// `file` has one for all shapes.
 void require_same_units(const JsonValue& markup, const std::string& first, const std::string& other) {
   if (first != other)
-    markup.fail(fmt::format("has the units {}, the first has {}; one for all is needed", io::in_quotes(other),
-                            io::in_quotes(first)));
+    markup.fail(fmt::format("has the units {}, the first has {}; one for all is needed", text::in_quotes(other),
+                            text::in_quotes(first)));
 }
 
 // ---- writing
@@ -209,7 +209,7 @@ WrittenLandmarks write_markups(const std::string& path, const LandmarkFile& file
   WrittenLandmarks written;
   written.losses = losses_of(target, without_types, {.names = true, .labels = true, .units = true, .axes = knows_axes});
   if (!knows_units)
-    written.losses.push_back(cannot_hold(target, "the units " + io::in_quotes(file.units)) +
+    written.losses.push_back(cannot_hold(target, "the units " + text::in_quotes(file.units)) +
                              "; the numbers will be read as mm");
   bool is_changed = false;
   written.text = fmt::format("{{\n  \"@schema\": \"{}\",\n  \"markups\": [", kSchema);

@@ -53,7 +53,7 @@ class VtkReader {
   /// @return false at the end
   bool read_section() {
     const std::string_view word = cursor_.take_word();
-    const std::string keyword = io::to_lower(word);
+    const std::string keyword = text::to_lower(word);
     if (keyword.empty()) return false;
     if (keyword == "points")
       read_points(word);
@@ -66,7 +66,7 @@ class VtkReader {
     else if (keyword == "point_data" || keyword == "cell_data")
       at_attributes_ = true;  // they end the file
     else
-      cursor_.fail_here(io::in_quotes(word) +
+      cursor_.fail_here(text::in_quotes(word) +
                         " where a section is expected: POINTS, VERTICES, LINES, POLYGONS, TRIANGLE_STRIPS, FIELD, "
                         "METADATA, POINT_DATA or CELL_DATA");
     return true;
@@ -81,7 +81,7 @@ class VtkReader {
     block.text = fmt::format("{} {} {}", keyword, count, type.name);
     begin_vtk_numbers(cursor_, block, type, count, 3);
     points_.resize(3, static_cast<Eigen::Index>(count));
-    io::CoordinatePlace place{cursor_.path(), 0, "", io::in_quotes(block.text), 0};
+    text::CoordinatePlace place{cursor_.path(), 0, "", text::in_quotes(block.text), 0};
     for (std::size_t i = 0; i < 3 * count; ++i) {
       place.axis = i % 3;
       if (place.axis == 0) place.landmark = std::to_string(i / 3 + 1);
@@ -91,12 +91,12 @@ class VtkReader {
     }
   }
 
-  double text_coordinate(std::string_view word, io::CoordinatePlace& place) const {
+  double text_coordinate(std::string_view word, text::CoordinatePlace& place) const {
     place.line = cursor_.place().line;
-    return io::parse_coordinate(word, place);
+    return text::parse_coordinate(word, place);
   }
 
-  double binary_coordinate(const VtkType& type, const io::CoordinatePlace& place) {
+  double binary_coordinate(const VtkType& type, const text::CoordinatePlace& place) {
     const VtkPlace here = cursor_.here();
     const double value = type.number(cursor_.take_bytes(type.size));
     if (std::isinf(value))
@@ -135,7 +135,7 @@ class VtkReader {
   std::vector<VtkCells> sections_;
 };
 
-bool sniff_vtk(std::string_view text) { return io::without_byte_order_mark(text).starts_with(kVtkMagic); }
+bool sniff_vtk(std::string_view text) { return text::without_byte_order_mark(text).starts_with(kVtkMagic); }
 
 LandmarkFile read_vtk(const std::string& path, std::string_view text) { return VtkReader(path, text).read(); }
 

@@ -65,8 +65,8 @@ bool parse_whole(std::string_view word, Whole& value) {
 VtkId parse_id(const VtkCursor& cursor, std::string_view word, const VtkBlock& block) {
   VtkId id = 0;
   if (!parse_whole(word, id))
-    cursor.fail_here(fmt::format("{} is among the numbers of {}; a whole number is needed", io::in_quotes(word),
-                                 io::in_quotes(block.text)));
+    cursor.fail_here(fmt::format("{} is among the numbers of {}; a whole number is needed", text::in_quotes(word),
+                                 text::in_quotes(block.text)));
   return id;
 }
 
@@ -75,8 +75,8 @@ void skip_binary_string(VtkCursor& cursor, std::string_view name) {
   const VtkPlace place = cursor.here();
   const auto fail_if_longer = [&](std::uint64_t size) {
     if (size > cursor.left())
-      cursor.fail_at(place, fmt::format("a string of {} takes {}; the file has {} more", io::in_quotes(name),
-                                        io::counted(size, "byte"), cursor.left()));
+      cursor.fail_at(place, fmt::format("a string of {} takes {}; the file has {} more", text::in_quotes(name),
+                                        text::counted(size, "byte"), cursor.left()));
   };
   std::uint64_t length = static_cast<unsigned char>(*cursor.take_bytes(1));
   const std::uint64_t others = (std::uint64_t{8} >> (length >> 6U)) - 1;
@@ -117,11 +117,11 @@ const char* VtkCursor::take_bytes(std::size_t count) { return text_.data() + std
 
 bool VtkCursor::is_next(std::string_view word) const {
   const std::size_t begin = std::min(text_.find_first_not_of(kSpaces, at_), text_.size());
-  return io::to_lower(text_.substr(begin, word.size())) == word;
+  return text::to_lower(text_.substr(begin, word.size())) == word;
 }
 
 void VtkCursor::fail_at(VtkPlace place, const std::string& message) const {
-  if (!is_binary) io::fail(path_, place.line, message);
+  if (!is_binary) text::fail(path_, place.line, message);
   throw InputError(fmt::format("{}: byte {}: {}", path_, place.byte, message));
 }
 
@@ -130,7 +130,7 @@ std::size_t take_vtk_count(VtkCursor& cursor, std::string_view of) {
   std::size_t count = 0;
   if (!parse_whole(word, count))
     cursor.fail_here(
-        fmt::format("{} is followed by {}; a whole number, not negative, is needed", of, io::in_quotes(word)));
+        fmt::format("{} is followed by {}; a whole number, not negative, is needed", of, text::in_quotes(word)));
   return count;
 }
 
@@ -138,11 +138,11 @@ const VtkType& take_vtk_type(VtkCursor& cursor, std::string_view of) {
   const std::string_view word = cursor.take_word();
   const auto* const type =
       std::find_if(kVtkTypes.begin(), kVtkTypes.end(),
-                   [name = io::to_lower(word)](const VtkType& known) { return known.name == name; });
+                   [name = text::to_lower(word)](const VtkType& known) { return known.name == name; });
   if (type == kVtkTypes.end())
     cursor.fail_here(
         fmt::format("the numbers of {} have the type {}; float, double or a type of whole numbers is needed", of,
-                    io::in_quotes(word)));
+                    text::in_quotes(word)));
   return *type;
 }
 
@@ -153,15 +153,15 @@ void begin_vtk_numbers(VtkCursor& cursor, const VtkBlock& block, const VtkType& 
   const std::size_t most = cursor.is_binary ? cursor.left() / type.size : (cursor.left() + 1) / 2;
   if (count <= most / each) return;
   cursor.fail_at(block.place,
-                 fmt::format("{} needs {} numbers{}; the file has {} more", io::in_quotes(block.text), count,
-                             each == 1 ? "" : fmt::format(" times {}", each), io::counted(cursor.left(), "byte")));
+                 fmt::format("{} needs {} numbers{}; the file has {} more", text::in_quotes(block.text), count,
+                             each == 1 ? "" : fmt::format(" times {}", each), text::counted(cursor.left(), "byte")));
 }
 
 std::string_view take_vtk_number(VtkCursor& cursor, const VtkBlock& block, std::size_t count, std::size_t taken) {
   const std::string_view word = cursor.take_word();
   if (word.empty())
-    cursor.fail_at(block.place, fmt::format("{} needs {}; the file ends after {}", io::in_quotes(block.text),
-                                            io::counted(count, "number"), taken));
+    cursor.fail_at(block.place, fmt::format("{} needs {}; the file ends after {}", text::in_quotes(block.text),
+                                            text::counted(count, "number"), taken));
   return word;
 }
 
@@ -172,7 +172,7 @@ void skip_vtk_strings(VtkCursor& cursor, std::string_view name, std::size_t coun
     for (std::size_t e = 0; e < each; ++e) {
       if (cursor.left() == 0) {
         if (!cursor.is_binary) return;
-        cursor.fail_at(place, fmt::format("the file ends within the strings of {}", io::in_quotes(name)));
+        cursor.fail_at(place, fmt::format("the file ends within the strings of {}", text::in_quotes(name)));
       }
       if (cursor.is_binary)
         skip_binary_string(cursor, name);
@@ -182,7 +182,7 @@ void skip_vtk_strings(VtkCursor& cursor, std::string_view name, std::size_t coun
 }
 
 std::vector<VtkId> take_vtk_ids(VtkCursor& cursor, const VtkBlock& block, const VtkType& type, std::size_t count) {
-  if (!type.is_whole) cursor.fail_at(block.place, io::in_quotes(block.text) + " needs a type of whole numbers");
+  if (!type.is_whole) cursor.fail_at(block.place, text::in_quotes(block.text) + " needs a type of whole numbers");
   begin_vtk_numbers(cursor, block, type, count, 1);
   std::vector<VtkId> ids(count);
   for (std::size_t i = 0; i < count; ++i)
@@ -195,20 +195,20 @@ std::string take_vtk_header(VtkCursor& cursor) {
   const std::string_view first = cursor.take_line();
   if (!first.starts_with(kVtkMagic))
     cursor.fail_here(
-        fmt::format("the file begins with {}; {} is expected", io::in_quotes(first), io::in_quotes(kVtkMagic)));
-  const std::string_view version = io::trim(first.substr(kVtkMagic.size()));
-  const double number = io::is_number(version) ? parse_number(version, "") : 0;
+        fmt::format("the file begins with {}; {} is expected", text::in_quotes(first), text::in_quotes(kVtkMagic)));
+  const std::string_view version = text::trim(first.substr(kVtkMagic.size()));
+  const double number = text::is_number(version) ? parse_number(version, "") : 0;
   if (!(number >= 1 && number < 5.2))
-    cursor.fail_here(fmt::format("version {} of the format; 1.0 to 5.1 are read", io::in_quotes(version)));
+    cursor.fail_here(fmt::format("version {} of the format; 1.0 to 5.1 are read", text::in_quotes(version)));
   const std::string_view title = cursor.take_line();
-  const std::string_view encoding = io::trim(cursor.take_line());
-  const bool is_binary = io::to_lower(encoding) == "binary";
-  if (!is_binary && io::to_lower(encoding) != "ascii")
-    cursor.fail_here(io::in_quotes(encoding) + " where ASCII or BINARY is expected");
-  if (io::to_lower(cursor.take_word()) != "dataset") cursor.fail_here("a line DATASET POLYDATA is needed here");
+  const std::string_view encoding = text::trim(cursor.take_line());
+  const bool is_binary = text::to_lower(encoding) == "binary";
+  if (!is_binary && text::to_lower(encoding) != "ascii")
+    cursor.fail_here(text::in_quotes(encoding) + " where ASCII or BINARY is expected");
+  if (text::to_lower(cursor.take_word()) != "dataset") cursor.fail_here("a line DATASET POLYDATA is needed here");
   const std::string_view kind = cursor.take_word();
-  if (io::to_lower(kind) != "polydata")
-    cursor.fail_here(fmt::format("the dataset is {}; only POLYDATA is read", io::in_quotes(kind)));
+  if (text::to_lower(kind) != "polydata")
+    cursor.fail_here(fmt::format("the dataset is {}; only POLYDATA is read", text::in_quotes(kind)));
   cursor.is_binary = is_binary;
   for (const char* const axes : {"RAS", "LPS"})
     if (title.find(std::string("SPACE=") + axes) != std::string_view::npos) return axes;
@@ -217,7 +217,7 @@ std::string take_vtk_header(VtkCursor& cursor) {
 
 void skip_vtk_metadata(VtkCursor& cursor) {
   cursor.take_line();
-  while (cursor.left() > 0 && !io::trim(cursor.take_line()).empty()) {
+  while (cursor.left() > 0 && !text::trim(cursor.take_line()).empty()) {
   }
 }
 
@@ -228,7 +228,8 @@ void skip_vtk_array(VtkCursor& cursor, std::string_view name) {
   VtkBlock block{cursor.place(), ""};
   const std::size_t components = take_vtk_count(cursor, name);
   const std::size_t tuples = take_vtk_count(cursor, name);
-  if (components == 0) cursor.fail_at(block.place, fmt::format("the field {} has no components", io::in_quotes(name)));
+  if (components == 0)
+    cursor.fail_at(block.place, fmt::format("the field {} has no components", text::in_quotes(name)));
   if (cursor.is_next("string")) return skip_vtk_strings(cursor, name, tuples, components);
   const VtkType& type = take_vtk_type(cursor, name);
   block.text = fmt::format("{} {} {} {}", name, components, tuples, type.name);
@@ -246,7 +247,7 @@ void skip_vtk_field(VtkCursor& cursor) {
   for (std::size_t skipped = 0; skipped < arrays;) {
     const std::string_view name = cursor.take_word();
     if (name.empty()) cursor.fail_here("the file ends within FIELD");
-    if (io::to_lower(name) == "metadata") {
+    if (text::to_lower(name) == "metadata") {
       skip_vtk_metadata(cursor);
     } else {
       if (name != "NULL_ARRAY") skip_vtk_array(cursor, name);
@@ -260,7 +261,7 @@ namespace {
 /// `count point point ...` of each cell, `size` numbers in all: to version 4.2.
 void take_counted(VtkCursor& cursor, VtkCells& cells, std::size_t count, std::size_t size) {
   const std::vector<VtkId> numbers = take_vtk_ids(cursor, cells.section, vtk_int(), size);
-  const std::string title = io::in_quotes(cells.section.text);
+  const std::string title = text::in_quotes(cells.section.text);
   std::size_t next = 0;
   cells.begins = {0};
   for (std::size_t c = 0; c < count; ++c) {
@@ -279,8 +280,8 @@ void take_counted(VtkCursor& cursor, VtkCells& cells, std::size_t count, std::si
 std::vector<VtkId> take_named(VtkCursor& cursor, std::string_view name, std::size_t count) {
   const std::string_view word = cursor.take_word();
   const VtkPlace place = cursor.place();
-  if (io::to_lower(word) != io::to_lower(name))
-    cursor.fail_here(fmt::format("{} where {} is expected", io::in_quotes(word), name));
+  if (text::to_lower(word) != text::to_lower(name))
+    cursor.fail_here(fmt::format("{} where {} is expected", text::in_quotes(word), name));
   const VtkType& type = take_vtk_type(cursor, name);
   return take_vtk_ids(cursor, {place, fmt::format("{} {}", name, type.name)}, type, count);
 }
@@ -293,7 +294,7 @@ void take_with_offsets(VtkCursor& cursor, VtkCells& cells, std::size_t begins, s
   if (cells.begins.front() != 0 || cells.begins.back() != std::ssize(cells.points) ||
       !std::is_sorted(cells.begins.begin(), cells.begins.end()))
     cursor.fail_at(cells.section.place, fmt::format("the offsets of {} do not rise from 0 to {}",
-                                                    io::in_quotes(cells.section.text), points));
+                                                    text::in_quotes(cells.section.text), points));
 }
 
 bool joins_points(const VtkCells& cells) { return cells.are_lines() || cells.keyword == "polygons"; }
@@ -317,7 +318,7 @@ class PointSets {
 }  // namespace
 
 VtkCells take_vtk_cells(VtkCursor& cursor, std::string_view keyword) {
-  VtkCells cells{{cursor.place(), ""}, io::to_lower(keyword)};
+  VtkCells cells{{cursor.place(), ""}, text::to_lower(keyword)};
   const std::size_t first = take_vtk_count(cursor, keyword);
   const std::size_t second = take_vtk_count(cursor, keyword);
   cells.section.text = fmt::format("{} {} {}", keyword, first, second);
@@ -335,8 +336,8 @@ void check_vtk_points(const VtkCursor& cursor, const VtkCells& cells, std::size_
   if (outside == cells.points.end()) return;
   const auto after = std::upper_bound(cells.begins.begin(), cells.begins.end(), outside - cells.points.begin());
   cursor.fail_at(cells.section.place, fmt::format("cell {} of {} has the point {}; there are {}, counted from 0",
-                                                  after - cells.begins.begin() - 1, io::in_quotes(cells.section.text),
-                                                  *outside, io::counted(count, "point")));
+                                                  after - cells.begins.begin() - 1, text::in_quotes(cells.section.text),
+                                                  *outside, text::counted(count, "point")));
 }
 
 std::vector<std::size_t> vtk_pieces(const std::vector<VtkCells>& sections, std::size_t count) {

@@ -39,7 +39,7 @@ struct VtkPlace {
 class VtkCursor {
  public:
   VtkCursor(const std::string& path, std::string_view text)
-      : path_(path), text_(text), at_(text.size() - io::without_byte_order_mark(text).size()) {}
+      : path_(path), text_(text), at_(text.size() - text::without_byte_order_mark(text).size()) {}
 
   bool is_binary = false;
 

@@ -40,9 +40,9 @@ PlyHead read_head(const std::string& path, std::string_view text) {
   PlyHead head;
   std::string_view rest = text;
   const char line_end = '\n';
-  if (io::trim(io::take_line(rest, line_end)) != "ply") refuse(path, "it does not begin with the line 'ply'");
+  if (text::trim(text::take_line(rest, line_end)) != "ply") refuse(path, "it does not begin with the line 'ply'");
   while (!rest.empty()) {
-    const std::vector<std::string_view> words = io::split_words(io::take_line(rest, line_end));
+    const std::vector<std::string_view> words = text::split_words(text::take_line(rest, line_end));
     if (words.empty()) continue;
     if (words[0] == "end_header") {
       head.end = text.size() - rest.size();
@@ -50,8 +50,8 @@ PlyHead read_head(const std::string& path, std::string_view text) {
     }
     if (words[0] == "format" && words.size() > 1) head.format = words[1];
     if (words[0] == "element" && words.size() == 3) {
-      if (words[2].size() > 9 || !std::all_of(words[2].begin(), words[2].end(), io::is_digit))
-        refuse(path, fmt::format("the number of its elements is {}", io::in_quotes(words[2])));
+      if (words[2].size() > 9 || !std::all_of(words[2].begin(), words[2].end(), text::is_digit))
+        refuse(path, fmt::format("the number of its elements is {}", text::in_quotes(words[2])));
       head.elements.push_back({std::string(words[1]), std::stoul(std::string(words[2])), {}});
     }
     if (words[0] != "property") continue;
@@ -92,7 +92,7 @@ class PlyValues {
     const bool is_big = format == "binary_big_endian";
     if (!is_big && format != "ascii" && format != "binary_little_endian")
       refuse(path_, fmt::format("its format is {}; ascii, binary_little_endian and binary_big_endian are read",
-                                io::in_quotes(format)));
+                                text::in_quotes(format)));
     return is_big == (std::endian::native == std::endian::little);
   }
 
@@ -103,7 +103,7 @@ class PlyValues {
     rest_.remove_prefix(word.size());
     length_ = word.size();
     if (word.empty()) refuse(path_, "it ends before its last element");
-    if (!io::is_number(word)) refuse(path_, fmt::format("{} is not a number", io::in_quotes(word)));
+    if (!text::is_number(word)) refuse(path_, fmt::format("{} is not a number", text::in_quotes(word)));
     return std::strtod(std::string(word).c_str(), nullptr);
   }
 
@@ -129,7 +129,7 @@ class PlyValues {
       length_ = kind.size;
       return kind.convert(bytes);
     }
-    refuse(path_, fmt::format("a property is of the unknown type {}", io::in_quotes(type)));
+    refuse(path_, fmt::format("a property is of the unknown type {}", text::in_quotes(type)));
   }
 
   const std::string& path_;
@@ -143,14 +143,14 @@ class PlyValues {
 void read_vertices(const PlyElement& element, PlyValues& values, std::size_t most, Surface& surface,
                    const std::string& path) {
   if (element.count > most) refuse(path, "it ends before its last vertex");
-  surface.vertices.points.setConstant(3, static_cast<Eigen::Index>(element.count), io::kMissing);
+  surface.vertices.points.setConstant(3, static_cast<Eigen::Index>(element.count), text::kMissing);
   for (Eigen::Index i = 0; i < surface.vertices.points.cols(); ++i)
     for (const PlyProperty& property : element.properties) {
       const double length = property.length.empty() ? 1 : values.take(property.length);
       for (int k = 0; k < length; ++k) {
         const double value = values.take(property.type);
         const std::size_t axis =
-            property.name.size() == 1 ? io::kAxisLetters.find(property.name) : std::string_view::npos;
+            property.name.size() == 1 ? text::kAxisLetters.find(property.name) : std::string_view::npos;
         if (axis != std::string_view::npos) surface.vertices.points(static_cast<Eigen::Index>(axis), i) = value;
       }
     }
@@ -195,7 +195,7 @@ NumberCoding coding_of(const std::string& path, const PlyHead& head, const std::
   if (!is_float && type != "double" && type != "float64")
     refuse(path, fmt::format("its coordinates are of the type {}, which holds no place between whole numbers; save it "
                              "with coordinates of the type float",
-                             io::in_quotes(type)));
+                             text::in_quotes(type)));
   if (head.format == "ascii") return is_float ? NumberCoding::kTextOfFloat : NumberCoding::kText;
   if (head.format == "binary_big_endian") return is_float ? NumberCoding::kBigFloat : NumberCoding::kBigDouble;
   return is_float ? NumberCoding::kFloat : NumberCoding::kDouble;
@@ -210,7 +210,7 @@ struct PlyAxis {
 std::optional<PlyAxis> axis_of(const PlyProperty& property) {
   const bool is_normal = property.name.size() == 2 && property.name.front() == 'n';
   if (!property.length.empty() || (property.name.size() != 1 && !is_normal)) return std::nullopt;
-  const std::size_t axis = io::kAxisLetters.find(property.name.back());
+  const std::size_t axis = text::kAxisLetters.find(property.name.back());
   return axis == std::string_view::npos ? std::nullopt
                                         : std::optional(PlyAxis{static_cast<Eigen::Index>(axis), is_normal});
 }
@@ -233,8 +233,8 @@ class PlyPlaces {
 
   void read(PlyValues& values) {
     const auto count = static_cast<Eigen::Index>(element_.count);
-    file_.shape.points.setConstant(3, count, io::kMissing);
-    file_.normals.setConstant(3, has_normals_ ? count : 0, io::kMissing);
+    file_.shape.points.setConstant(3, count, text::kMissing);
+    file_.normals.setConstant(3, has_normals_ ? count : 0, text::kMissing);
     for (Eigen::Index i = 0; i < count; ++i) {
       if (has_normals_) file_.normal_points.push_back(static_cast<int>(i));
       for (std::size_t k = 0; k < axes_.size(); ++k) read_property(k, i, values);

@@ -27,12 +27,12 @@ Surface read_binary_stl(std::string_view text, std::size_t count) {
 
 }  // namespace
 
-std::array<double, 3> numbers_behind_word(const std::string& path, const io::TextLine& line,
+std::array<double, 3> numbers_behind_word(const std::string& path, const text::TextLine& line,
                                           const std::vector<std::string_view>& words) {
-  if (words.size() < 4) io::fail(path, line.number, "a vertex has three coordinates");
+  if (words.size() < 4) text::fail(path, line.number, "a vertex has three coordinates");
   std::array<double, 3> place{};
   for (std::size_t axis = 0; axis < 3; ++axis)
-    place.at(axis) = io::parse_coordinate(words[axis + 1], {path, line.number, "a vertex", "", axis});
+    place.at(axis) = text::parse_coordinate(words[axis + 1], {path, line.number, "a vertex", "", axis});
   return place;
 }
 
@@ -48,7 +48,7 @@ void SharedCorners::add(const std::array<double, 3>& place) {
   corners_.push_back(number);
 }
 
-Points SharedCorners::vertices() const { return io::points_from(coordinates_, 3); }
+Points SharedCorners::vertices() const { return text::points_from(coordinates_, 3); }
 
 Surface SharedCorners::surface() const {
   Surface surface;
@@ -71,8 +71,8 @@ Surface read_stl(const std::string& path, std::string_view text) {
     throw InputError(path + ": it is neither text that begins with 'solid' nor of the length that its number of " +
                      "triangles asks for");
   SharedCorners corners;
-  for (const io::TextLine& line : io::split_lines(path, text))
-    if (const auto words = io::split_words(line.text); !words.empty() && words[0] == "vertex")
+  for (const text::TextLine& line : text::split_lines(path, text))
+    if (const auto words = text::split_words(line.text); !words.empty() && words[0] == "vertex")
       corners.add(numbers_behind_word(path, line, words));
   return corners.surface();
 }
@@ -80,8 +80,8 @@ Surface read_stl(const std::string& path, std::string_view text) {
 Surface read_obj(const std::string& path, std::string_view text) {
   Surface surface;
   std::vector<double> coordinates;
-  for (const io::TextLine& line : io::split_lines(path, text)) {
-    const std::vector<std::string_view> words = io::split_words(line.text);
+  for (const text::TextLine& line : text::split_lines(path, text)) {
+    const std::vector<std::string_view> words = text::split_words(line.text);
     if (words.empty()) continue;
     if (words[0] == "v") {
       const auto place = numbers_behind_word(path, line, words);
@@ -92,15 +92,15 @@ Surface read_obj(const std::string& path, std::string_view text) {
     for (std::size_t i = 1; i < words.size(); ++i) {
       // vertex/texture/normal; from 1, or from the last backwards
       const std::string number(words[i].substr(0, words[i].find('/')));
-      if (!io::is_number(number))
-        io::fail(path, line.number, fmt::format("{} is not a vertex", io::in_quotes(words[i])));
+      if (!text::is_number(number))
+        text::fail(path, line.number, fmt::format("{} is not a vertex", text::in_quotes(words[i])));
       const double corner = std::strtod(number.c_str(), nullptr), count = static_cast<double>(coordinates.size()) / 3;
       const double index = corner < 0 ? count + corner : corner - 1;
       corners.push_back(index >= 0 && index < count ? static_cast<int>(index) : -1);
     }
     add_polygon(surface, corners);
   }
-  surface.vertices.points = io::points_from(coordinates, 3);
+  surface.vertices.points = text::points_from(coordinates, 3);
   return surface;
 }
 

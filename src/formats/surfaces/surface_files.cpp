@@ -17,7 +17,7 @@ using Reader = Surface (*)(const std::string&, std::string_view);
 const std::map<std::string, Reader, std::less<>> kSurfaceReaders = {
     {".obj", read_obj}, {".ply", read_ply}, {".stl", read_stl}};
 
-std::string surface_extension(const std::filesystem::path& file) { return io::to_lower(file.extension().string()); }
+std::string surface_extension(const std::filesystem::path& file) { return text::to_lower(file.extension().string()); }
 
 void check_surface(const std::string& path, const Surface& surface) {
   const Points& vertices = surface.vertices.points;

@@ -42,7 +42,7 @@ Surface read_obj(const std::string& path, std::string_view text);
 std::string stated_axes(std::string_view text);
 
 /// Three numbers behind the first of the words of a line. @throws InputError
-std::array<double, 3> numbers_behind_word(const std::string& path, const io::TextLine& line,
+std::array<double, 3> numbers_behind_word(const std::string& path, const text::TextLine& line,
                                           const std::vector<std::string_view>& words);
 
 /// Bytes of a binary stl file: before its count of triangles, and of each of these.

@@ -21,14 +21,14 @@ namespace {
 constexpr std::size_t kFirstCoordinate = 2;  // after the name and whether the landmark is active
 
 bool is_unset(std::string_view field) {
-  const std::string lower = io::to_lower(field);
+  const std::string lower = text::to_lower(field);
   return lower == "infinity" || lower == "-infinity";
 }
 
 bool is_coordinate(const std::string& field) { return is_unset(field) || is_number_or_missing(field); }
 
 bool is_truth(std::string_view field) {
-  const std::string lower = io::to_lower(field);
+  const std::string lower = text::to_lower(field);
   return lower == "true" || lower == "false";
 }
 
@@ -48,8 +48,8 @@ class BigWarpReader {
     require_equal_lengths(path_, records_);
     for (const CsvRecord& record : records_) {
       if (!is_truth(record.fields[1]))
-        io::fail(path_, record.line, io::in_quotes(record.fields[1]) + " in the second column; valid: true, false");
-      const bool is_active = io::to_lower(record.fields[1]) == "true";
+        text::fail(path_, record.line, text::in_quotes(record.fields[1]) + " in the second column; valid: true, false");
+      const bool is_active = text::to_lower(record.fields[1]) == "true";
       if (!is_active) ++inactive_;
       read_point(record, "moving", kFirstCoordinate, is_active, moving_);
       read_point(record, "target", kFirstCoordinate + dimension_, is_active, target_);
@@ -64,11 +64,11 @@ class BigWarpReader {
  private:
   void read_point(const CsvRecord& record, const char* shape, std::size_t first, bool is_active,
                   std::vector<double>& coordinates) const {
-    io::CoordinatePlace place{path_, record.line, io::in_quotes(record.fields.front()), shape, 0};
+    text::CoordinatePlace place{path_, record.line, text::in_quotes(record.fields.front()), shape, 0};
     for (; place.axis < dimension_; ++place.axis) {
       const std::string& field = record.fields[first + place.axis];
-      const double value = is_unset(field) ? io::kMissing : io::parse_coordinate(field, place);
-      coordinates.push_back(is_active ? value : io::kMissing);
+      const double value = is_unset(field) ? text::kMissing : text::parse_coordinate(field, place);
+      coordinates.push_back(is_active ? value : text::kMissing);
     }
   }
 
@@ -78,7 +78,7 @@ class BigWarpReader {
     std::set<std::string> seen;
     for (const CsvRecord& record : records_) {
       labels.push_back(record.name(0));
-      if (!seen.insert(labels.back()).second && repeated_.empty()) repeated_ = io::in_quotes(labels.back());
+      if (!seen.insert(labels.back()).second && repeated_.empty()) repeated_ = text::in_quotes(labels.back());
     }
     return repeated_.empty() ? labels : std::vector<std::string>();
   }
@@ -88,14 +88,14 @@ class BigWarpReader {
     Landmarks shape;
     shape.name = name;
     shape.labels = labels;
-    shape.points = io::points_from(coordinates, dimension_);
+    shape.points = text::points_from(coordinates, dimension_);
     return shape;
   }
 
   std::vector<std::string> warnings() const {
     std::vector<std::string> found;
     if (inactive_ > 0)
-      found.push_back(fmt::format("{}: {} read as missing", path_, io::counted(inactive_, "inactive landmark")));
+      found.push_back(fmt::format("{}: {} read as missing", path_, text::counted(inactive_, "inactive landmark")));
     if (!repeated_.empty())
       found.push_back(fmt::format("{}: the name {} repeats; landmarks are known by their number", path_, repeated_));
     return found;
@@ -132,7 +132,7 @@ struct HeaderLines {
 HeaderLines find_header(const std::string& path, const std::vector<CsvRecord>& records) {
   HeaderLines header;
   for (const CsvRecord& record : records) {
-    const std::string kind = io::to_lower(record.fields.front());
+    const std::string kind = text::to_lower(record.fields.front());
     if (kind == "individuals") header.individuals = &record;
     if (kind == "bodyparts") header.bodyparts = &record;
     if (kind != "coords") continue;
@@ -140,7 +140,7 @@ HeaderLines find_header(const std::string& path, const std::vector<CsvRecord>& r
     break;
   }
   if (header.bodyparts == nullptr || header.coordinates == nullptr)
-    io::fail(
+    text::fail(
         path, records.front().line,
         "a table of DeepLabCut begins with the lines scorer, bodyparts and coords, with individuals after scorer where "
         "there are several");
@@ -167,7 +167,7 @@ class DeepLabCutReader {
     if (file_.shapes.empty()) throw InputError(path_ + " holds a header and no landmarks");
     if (likelihoods_ > 0)
       file_.warnings.push_back(fmt::format("{}: likelihood is not used ({}); all landmarks are read", path_,
-                                           io::counted(likelihoods_, "column")));
+                                           text::counted(likelihoods_, "column")));
     return std::move(file_);
   }
 
@@ -184,14 +184,14 @@ class DeepLabCutReader {
     std::map<std::pair<std::string, std::string>, std::size_t> place;
     for (std::size_t i = image_columns_; i < header_.coordinates->fields.size(); ++i) {
       const std::string& coordinate = header_.coordinates->fields[i];
-      if (io::to_lower(coordinate) == "likelihood") {
+      if (text::to_lower(coordinate) == "likelihood") {
         ++likelihoods_;
         continue;
       }
       const std::optional<std::size_t> axis = axis_of_word(coordinate);
       if (!axis)
-        io::fail(path_, header_.coordinates->line,
-                 fmt::format("column {} is {}; valid: x, y, z, likelihood", i + 1, io::in_quotes(coordinate)));
+        text::fail(path_, header_.coordinates->line,
+                   fmt::format("column {} is {}; valid: x, y, z, likelihood", i + 1, text::in_quotes(coordinate)));
       const std::string individual = header_.individuals != nullptr ? header_.individuals->fields[i] : "";
       const std::string& name = header_.bodyparts->fields[i];
       require_short_name(path_, *header_.bodyparts, name);
@@ -200,21 +200,21 @@ class DeepLabCutReader {
       if (is_new) parts_.push_back({individual, name});
       std::optional<std::size_t>& column = parts_[entry->second].columns[*axis];
       if (column)
-        io::fail(path_, header_.coordinates->line,
-                 fmt::format("the columns {} and {} are both {} of {}", *column + 1, i + 1, "xyz"[*axis],
-                             io::in_quotes(name)));
+        text::fail(path_, header_.coordinates->line,
+                   fmt::format("the columns {} and {} are both {} of {}", *column + 1, i + 1, "xyz"[*axis],
+                               text::in_quotes(name)));
       column = i;
       dimension_ = std::max(dimension_, *axis + 1);
     }
   }
 
   void require_all_axes() const {
-    if (parts_.empty()) io::fail(path_, header_.coordinates->line, "no column holds x");
+    if (parts_.empty()) text::fail(path_, header_.coordinates->line, "no column holds x");
     for (const BodyPart& part : parts_)
       for (std::size_t axis = 0; axis < dimension_; ++axis)
         if (!part.columns[axis])
-          io::fail(path_, header_.coordinates->line,
-                   fmt::format("no column holds {} of {}", "xyz"[axis], io::in_quotes(part.name)));
+          text::fail(path_, header_.coordinates->line,
+                     fmt::format("no column holds {} of {}", "xyz"[axis], text::in_quotes(part.name)));
   }
 
   void read_shape(const CsvRecord& record) {
@@ -222,13 +222,13 @@ class DeepLabCutReader {
     name_shape(record, shape);
     std::vector<double> coordinates;
     for (const BodyPart& part : parts_) {
-      io::CoordinatePlace place{path_, record.line, io::in_quotes(part.name), io::in_quotes(shape.name), 0};
+      text::CoordinatePlace place{path_, record.line, text::in_quotes(part.name), text::in_quotes(shape.name), 0};
       for (; place.axis < dimension_; ++place.axis)
-        coordinates.push_back(io::parse_coordinate(record.fields[*part.columns[place.axis]], place));
+        coordinates.push_back(text::parse_coordinate(record.fields[*part.columns[place.axis]], place));
       shape.labels.push_back(part.name);
       if (header_.individuals != nullptr) shape.groups.push_back(part.individual);
     }
-    shape.points = io::points_from(coordinates, dimension_);
+    shape.points = text::points_from(coordinates, dimension_);
   }
 
   /// Predictions have the number of the frame where labelled data have the path of the image.
@@ -236,7 +236,7 @@ class DeepLabCutReader {
     std::vector<std::size_t> columns(image_columns_);
     std::iota(columns.begin(), columns.end(), std::size_t{0});
     std::string image = joined_fields(record, columns);
-    if (io::is_number(image)) {
+    if (text::is_number(image)) {
       shape.name = image;
       return;
     }
@@ -257,8 +257,8 @@ class DeepLabCutReader {
 
 bool sniff_deeplabcut(std::string_view text) {
   const std::vector<CsvRecord> first = first_records(text, 2);
-  if (first.size() < 2 || io::to_lower(first[0].fields.front()) != "scorer") return false;
-  const std::string second = io::to_lower(first[1].fields.front());
+  if (first.size() < 2 || text::to_lower(first[0].fields.front()) != "scorer") return false;
+  const std::string second = text::to_lower(first[1].fields.front());
   return second == "bodyparts" || second == "individuals";
 }
 

@@ -24,9 +24,9 @@ std::size_t first_column(const std::string& path, const Rows& rows) {
       rows.size() > 1 && (rows.front().fields.front().empty() || rows.front().fields.size() + 1 == width);
   if (width == 3 && has_header) return 1;
   if (width != 2)
-    io::fail(
-        path, rows.back().line,
-        fmt::format("{}; a table of links has two, the landmarks that each line joins", io::counted(width, "column")));
+    text::fail(path, rows.back().line,
+               fmt::format("{}; a table of links has two, the landmarks that each line joins",
+                           text::counted(width, "column")));
   return 0;
 }
 
@@ -57,7 +57,7 @@ struct LinkNames {
 };
 
 std::vector<LinkNames> read_names(const std::string& path) {
-  const Rows rows = csv_records(path, io::read_text_file(path));
+  const Rows rows = csv_records(path, text::read_text_file(path));
   if (rows.empty()) throw InputError(path + " holds no links");
   const std::size_t column = first_column(path, rows);
   std::vector<LinkNames> links;
@@ -65,12 +65,14 @@ std::vector<LinkNames> read_names(const std::string& path) {
     const bool names_columns = &row == &rows.front() && row.fields.size() < column + 2;
     if (names_columns) continue;
     if (row.fields.size() != column + 2)
-      io::fail(path, row.line, fmt::format("{}; {} are needed", io::counted(row.fields.size(), "column"), column + 2));
+      text::fail(path, row.line,
+                 fmt::format("{}; {} are needed", text::counted(row.fields.size(), "column"), column + 2));
     links.push_back({row.line, {row.name(column), row.name(column + 1)}});
     const auto& [from, to] = links.back().ends;
-    if (from == to) io::fail(path, row.line, fmt::format("the landmark {} is joined to itself", io::in_quotes(from)));
+    if (from == to)
+      text::fail(path, row.line, fmt::format("the landmark {} is joined to itself", text::in_quotes(from)));
     if (from == "0" || to == "0")
-      io::fail(path, row.line, "there is no landmark 0: links count from 1; add 1 to all numbers of a table from 0");
+      text::fail(path, row.line, "there is no landmark 0: links count from 1; add 1 to all numbers of a table from 0");
   }
   return links;
 }
@@ -88,15 +90,15 @@ void apply_links(const std::string& path, LandmarkFile& file) {
       if (from && to)
         shape.links.emplace_back(*from, *to);
       else if (lacking[i].empty())
-        lacking[i] = fmt::format("{} is no landmark of {}", io::in_quotes(rows[i].ends[from ? 1 : 0]), shape.source);
+        lacking[i] = fmt::format("{} is no landmark of {}", text::in_quotes(rows[i].ends[from ? 1 : 0]), shape.source);
     }
   }
   const auto has_links = [](const Landmarks& shape) { return !shape.links.empty() || shape.count() == 0; };
   if (std::none_of(file.shapes.begin(), file.shapes.end(), has_links))
-    io::fail(path, rows.back().line,
-             fmt::format("{}; the columns need labels of the landmarks, or their numbers from 1", lacking.back()));
+    text::fail(path, rows.back().line,
+               fmt::format("{}; the columns need labels of the landmarks, or their numbers from 1", lacking.back()));
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const bool names_columns = i == 0 && !lacking[0].empty() && !io::is_number(rows[0].ends[0]);
+    const bool names_columns = i == 0 && !lacking[0].empty() && !text::is_number(rows[0].ends[0]);
     if (!lacking[i].empty() && !names_columns)
       file.warnings.push_back(fmt::format("{}:{}: {}; the link is left out there", path, rows[i].line, lacking[i]));
   }

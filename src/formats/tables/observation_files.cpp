@@ -36,7 +36,7 @@ NameList take_labels(const std::string& path, const std::vector<CsvRecord>& head
   const std::optional<std::size_t> column = column_of_labels(header, rows);
   if (!column) return labels;
   for (CsvRecord& row : rows) {
-    if (*column >= row.fields.size()) io::fail(path, row.line, "the row has no label; each needs one");
+    if (*column >= row.fields.size()) text::fail(path, row.line, "the row has no label; each needs one");
     labels.names.push_back(row.name(*column));
     row.fields.erase(row.fields.begin() + static_cast<std::ptrdiff_t>(*column));
   }
@@ -46,7 +46,7 @@ NameList take_labels(const std::string& path, const std::vector<CsvRecord>& head
 // The rows of a table but its header, without labels, one for each landmark and in their order.
 std::vector<CsvRecord> read_rows(const std::string& path, const Landmarks& shape, std::string_view what,
                                  std::vector<std::string>* notes, bool by_order) {
-  std::vector<CsvRecord> rows = csv_records(path, io::read_text_file(path)), header;
+  std::vector<CsvRecord> rows = csv_records(path, text::read_text_file(path)), header;
   if (!rows.empty() && is_header(rows.front())) {
     header.push_back(rows.front());
     rows.erase(rows.begin());
@@ -65,8 +65,8 @@ Eigen::VectorXd numbers_of(const std::string& path, const CsvRecord& row) {
   Eigen::VectorXd numbers(std::ssize(row.fields));
   for (std::size_t i = 0; i < row.fields.size(); ++i) {
     const std::string& field = row.fields[i];
-    const double number = io::is_number(field) ? parse_number(field, "") : std::nan("");
-    if (!std::isfinite(number)) io::fail(path, row.line, io::in_quotes(field) + " is not a finite number");
+    const double number = text::is_number(field) ? parse_number(field, "") : std::nan("");
+    if (!std::isfinite(number)) text::fail(path, row.line, text::in_quotes(field) + " is not a finite number");
     numbers[static_cast<Eigen::Index>(i)] = number;
   }
   return numbers;
@@ -86,10 +86,11 @@ Eigen::MatrixXd covariance_of(const std::string& path, const CsvRecord& row, Eig
   if (numbers.size() == d) return numbers.asDiagonal();
   if (numbers.size() == d * (d + 1) / 2) return symmetric_matrix(numbers, d);
   if (numbers.size() == d * d) return numbers.reshaped(d, d).transpose();
-  io::fail(path, row.line,
-           fmt::format("{}; a covariance in {}D takes 1 (the variance), {} (variances of the axes), {} (upper triangle "
-                       "by rows) or {} (all by rows)",
-                       io::counted(row.fields.size(), "number"), d, d, d * (d + 1) / 2, d * d));
+  text::fail(
+      path, row.line,
+      fmt::format("{}; a covariance in {}D takes 1 (the variance), {} (variances of the axes), {} (upper triangle "
+                  "by rows) or {} (all by rows)",
+                  text::counted(row.fields.size(), "number"), d, d, d * (d + 1) / 2, d * d));
 }
 
 }  // namespace
@@ -101,8 +102,9 @@ Eigen::VectorXd read_weights(const std::filesystem::path& path, const Landmarks&
   for (const CsvRecord& row : read_rows(name, shape, "a weight", notes, by_order)) {
     const Eigen::VectorXd numbers = numbers_of(name, row);
     if (numbers.size() != 1)
-      io::fail(name, row.line, io::counted(row.fields.size(), "number") + "; a row holds one weight");
-    if (numbers[0] < 0) io::fail(name, row.line, fmt::format("the weight is {}; it must be 0 or greater", numbers[0]));
+      text::fail(name, row.line, text::counted(row.fields.size(), "number") + "; a row holds one weight");
+    if (numbers[0] < 0)
+      text::fail(name, row.line, fmt::format("the weight is {}; it must be 0 or greater", numbers[0]));
     weights.push_back(numbers[0]);
   }
   return Eigen::VectorXd::Map(weights.data(), std::ssize(weights));
@@ -115,7 +117,7 @@ std::vector<Eigen::MatrixXd> read_covariances(const std::filesystem::path& path,
   for (const CsvRecord& row : read_rows(name, shape, "a covariance", notes, by_order)) {
     covariances.push_back(covariance_of(name, row, shape.dimension()));
     if (!is_covariance(covariances.back()))
-      io::fail(name, row.line, "the covariance is not symmetric and positive definite");
+      text::fail(name, row.line, "the covariance is not symmetric and positive definite");
   }
   return covariances;
 }

@@ -30,30 +30,30 @@ struct AmiraHeader {
 };
 
 /// `Markers { float[3] Coordinates } @1`, also as `Markers { float[3] Coordinates } = @1`
-void read_section(const io::TextLine& line, const std::vector<std::string_view>& words, AmiraHeader& header) {
+void read_section(const text::TextLine& line, const std::vector<std::string_view>& words, AmiraHeader& header) {
   const bool are_coordinates =
       line.text.find("[3]") != std::string_view::npos && line.text.find("Coordinates") != std::string_view::npos;
   if (are_coordinates && words.back().starts_with('@')) header.sets.emplace_back(words.back());
 }
 
 AmiraHeader take_header(TextLines& lines) {
-  const io::TextLine first = lines.take("# AmiraMesh");
+  const text::TextLine first = lines.take("# AmiraMesh");
   if (!is_amira(first.text))
-    io::fail(lines.path(), first.number, io::in_quotes(first.text) + " where # AmiraMesh is expected");
+    text::fail(lines.path(), first.number, text::in_quotes(first.text) + " where # AmiraMesh is expected");
   if (first.text.find("ASCII") == std::string_view::npos)
-    io::fail(lines.path(), first.number,
-             "numbers of Amira as bytes, which are not read; save the landmarks as .landmarkAscii");
+    text::fail(lines.path(), first.number,
+               "numbers of Amira as bytes, which are not read; save the landmarks as .landmarkAscii");
   AmiraHeader header;
   while (!lines.at_end() && !lines.peek().text.starts_with('@')) {
-    const io::TextLine line = lines.take("the header");
-    const std::vector<std::string_view> words = io::split_words(line.text);
+    const text::TextLine line = lines.take("the header");
+    const std::vector<std::string_view> words = text::split_words(line.text);
     if (words.size() == 3 && words[0] == "define" && words[1] == "Markers")
       header.count = require_count(lines.path(), line, words[2], "the number of landmarks");
     if (words.front() == "Markers") read_section(line, words, header);
   }
   if (header.count == 0 || header.sets.empty())
-    io::fail(lines.path(), lines.peek().number,
-             "the header has no 'define Markers N' or no 'Markers { float[3] Coordinates } @1'");
+    text::fail(lines.path(), lines.peek().number,
+               "the header has no 'define Markers N' or no 'Markers { float[3] Coordinates } @1'");
   return header;
 }
 
@@ -62,22 +62,22 @@ LandmarkFile read_amira(const std::string& path, std::string_view text) {
   const AmiraHeader header = take_header(lines);
   std::map<std::string, Points, std::less<>> sections;
   while (!lines.at_end()) {
-    const io::TextLine mark = lines.take("a section @1");
+    const text::TextLine mark = lines.take("a section @1");
     const bool is_set = std::find(header.sets.begin(), header.sets.end(), mark.text) != header.sets.end();
     if (is_set) sections[std::string(mark.text)] = take_points(lines, header.count, PointList(3));
     while (!lines.at_end() && !lines.peek().text.starts_with('@')) {
-      const io::TextLine other = lines.take("a section");
+      const text::TextLine other = lines.take("a section");
       if (is_set)
-        io::fail(
-            path, other.number,
-            fmt::format("{} after the {} announced", io::in_quotes(other.text), io::counted(header.count, "landmark")));
+        text::fail(path, other.number,
+                   fmt::format("{} after the {} announced", text::in_quotes(other.text),
+                               text::counted(header.count, "landmark")));
     }
   }
   LandmarkFile file;
   for (const std::string& set : header.sets) {
     const auto found = sections.find(set);
     if (found == sections.end())
-      throw InputError(fmt::format("{}: the section {} is not there", path, io::in_quotes(set)));
+      throw InputError(fmt::format("{}: the section {} is not there", path, text::in_quotes(set)));
     file.shapes.emplace_back().points = found->second;
   }
   return file;

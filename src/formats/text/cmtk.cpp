@@ -16,9 +16,10 @@ bool is_cmtk_comment(std::string_view line) { return line.starts_with('#'); }
 
 /// Three numbers and a name that is none.
 bool is_landmark(std::string_view line) {
-  const std::vector<std::string_view> words = io::split_words(line);
-  return words.size() >= 4 && std::all_of(words.begin(), words.begin() + 3, io::is_number) &&
-         !io::is_number(words[3]) && !io::is_missing(words[3]) && line.find_first_of(",;|") == std::string_view::npos;
+  const std::vector<std::string_view> words = text::split_words(line);
+  return words.size() >= 4 && std::all_of(words.begin(), words.begin() + 3, text::is_number) &&
+         !text::is_number(words[3]) && !text::is_missing(words[3]) &&
+         line.find_first_of(",;|") == std::string_view::npos;
 }
 
 bool sniff_cmtk(std::string_view text) {
@@ -33,14 +34,14 @@ LandmarkFile read_cmtk(const std::string& path, std::string_view text) {
   PointList points(3);
   Landmarks shape;
   while (!lines.at_end()) {
-    const io::TextLine line = lines.take("a landmark");
+    const text::TextLine line = lines.take("a landmark");
     if (is_cmtk_comment(line.text)) continue;
-    const std::vector<std::string_view> words = io::split_words(line.text);
-    if (words.size() < 4) io::fail(path, line.number, io::in_quotes(line.text) + " where x y z name is expected");
+    const std::vector<std::string_view> words = text::split_words(line.text);
+    if (words.size() < 4) text::fail(path, line.number, text::in_quotes(line.text) + " where x y z name is expected");
     shape.labels.emplace_back(words[3].data(), line.text.data() + line.text.size());
-    points.add(std::span(words).first(3), {path, line.number, io::in_quotes(shape.labels.back()), "", 0});
+    points.add(std::span(words).first(3), {path, line.number, text::in_quotes(shape.labels.back()), "", 0});
   }
-  if (shape.labels.empty()) io::fail(path, 1, "there are no landmarks in this file");
+  if (shape.labels.empty()) text::fail(path, 1, "there are no landmarks in this file");
   shape.points = points.points();
   LandmarkFile file;
   file.shapes.push_back(std::move(shape));

@@ -27,14 +27,15 @@ Points parse_points(const std::string& path, const Tag& tag, const std::string& 
     text.remove_prefix(std::min(point.size() + 1, text.size()));
     const std::size_t comma = point.find(',');
     if (comma == std::string_view::npos)
-      io::fail(path, tag.line,
-               fmt::format("{} in the points of {}; x,y is expected", io::in_quotes(point), io::in_quotes(label)));
-    io::CoordinatePlace place{path, tag.line, io::in_quotes(label), "", 0};
-    coordinates.push_back(io::parse_coordinate(io::trim(point.substr(0, comma)), place));
+      text::fail(
+          path, tag.line,
+          fmt::format("{} in the points of {}; x,y is expected", text::in_quotes(point), text::in_quotes(label)));
+    text::CoordinatePlace place{path, tag.line, text::in_quotes(label), "", 0};
+    coordinates.push_back(text::parse_coordinate(text::trim(point.substr(0, comma)), place));
     place.axis = 1;
-    coordinates.push_back(io::parse_coordinate(io::trim(point.substr(comma + 1)), place));
+    coordinates.push_back(text::parse_coordinate(text::trim(point.substr(comma + 1)), place));
   }
-  return io::points_from(coordinates, 2);
+  return text::points_from(coordinates, 2);
 }
 
 /// A picture, and what was placed on it.
@@ -55,7 +56,7 @@ class CvatReader {
     }
     for (auto& [key, picture] : pictures_) finish(picture);
     if (file_.shapes.empty())
-      io::fail(path_, tags_.line(), "there are no <points>, <skeleton>, <polyline> or <polygon> in this file");
+      text::fail(path_, tags_.line(), "there are no <points>, <skeleton>, <polyline> or <polygon> in this file");
     take_lines_where_alone(path_, file_);
     drop_repeated_labels(path_, file_);
     name_by_images(file_.shapes);
@@ -99,9 +100,9 @@ class CvatReader {
     if (text.empty()) return otherwise;
     const std::optional<std::size_t> number = parse_count(text);
     if (!number)
-      io::fail(path_, tag.line,
-               fmt::format("{} of <{}> is {}; a whole number is needed", key, io::as_one_line(tag.name),
-                           io::in_quotes(text)));
+      text::fail(path_, tag.line,
+                 fmt::format("{} of <{}> is {}; a whole number is needed", key, text::as_one_line(tag.name),
+                             text::in_quotes(text)));
     return *number;
   }
 

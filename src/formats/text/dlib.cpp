@@ -48,7 +48,7 @@ class DlibReader {
       if (tag->begins) begin(*tag);
       if (tag->ends) end(*tag);
     }
-    if (file_.shapes.empty()) io::fail(path_, tags_.line(), "there is no <box> with landmarks in this file");
+    if (file_.shapes.empty()) text::fail(path_, tags_.line(), "there is no <box> with landmarks in this file");
     if (empty_boxes_ > 0)
       file_.warnings.push_back(fmt::format("{}: {} without a <part> {} left out", path_,
                                            empty_boxes_ == 1 ? "1 box" : fmt::format("{} boxes", empty_boxes_),
@@ -64,7 +64,7 @@ class DlibReader {
       frame_.height = static_cast<int>(parse_count(tag.attribute("height")).value_or(0));
       first_of_image_ = file_.shapes.size();
     } else if (tag.name == "box") {
-      if (box_) io::fail(path_, tag.line, "a <box> within another; </box> is expected before it");
+      if (box_) text::fail(path_, tag.line, "a <box> within another; </box> is expected before it");
       box_.emplace();
       properties_.clear();
       keep_frame(tag);
@@ -86,13 +86,13 @@ class DlibReader {
   }
 
   void add_part(const Tag& tag) {
-    if (!box_) io::fail(path_, tag.line, "a <part> outside of all boxes; it must be between <box> and </box>");
+    if (!box_) text::fail(path_, tag.line, "a <part> outside of all boxes; it must be between <box> and </box>");
     const std::string label = tag.attribute("name");
     if (!label.empty() && !labels_.insert(label).second)
-      io::fail(path_, tag.line, fmt::format("the part {} is in this box twice", io::in_quotes(label)));
-    io::CoordinatePlace place{path_, tag.line,
-                              label.empty() ? std::to_string(box_->names.size() + 1) : io::in_quotes(label),
-                              fmt::format("box {}", file_.shapes.size() + empty_boxes_ + 1), 0};
+      text::fail(path_, tag.line, fmt::format("the part {} is in this box twice", text::in_quotes(label)));
+    text::CoordinatePlace place{path_, tag.line,
+                                label.empty() ? std::to_string(box_->names.size() + 1) : text::in_quotes(label),
+                                fmt::format("box {}", file_.shapes.size() + empty_boxes_ + 1), 0};
     const double x = coordinate_of(tag, place);
     place.axis = 1;
     box_->places.emplace_back(x, coordinate_of(tag, place));
@@ -114,7 +114,7 @@ class DlibReader {
       shape.points.col(column++) = Eigen::Vector2d(box.places[i].first, box.places[i].second);
       shape.labels.push_back(box.names[i]);
     }
-    shape.labels = io::unless_all_empty(std::move(shape.labels));
+    shape.labels = text::unless_all_empty(std::move(shape.labels));
     shape.image = image_;
     shape.frame = frame_;
     shape.properties = std::exchange(properties_, {});
@@ -122,7 +122,7 @@ class DlibReader {
 
   /// A box alone is called as its image is, several have their numbers behind it.
   void name_boxes() {
-    const std::string stem = io::image_stem(image_);
+    const std::string stem = text::image_stem(image_);
     const bool is_alone = file_.shapes.size() == first_of_image_ + 1;
     for (std::size_t i = first_of_image_; i < file_.shapes.size() && !stem.empty(); ++i)
       file_.shapes[i].name = is_alone ? stem : fmt::format("{}_{}", stem, i - first_of_image_ + 1);

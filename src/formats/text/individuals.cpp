@@ -26,12 +26,12 @@ constexpr std::array<std::string_view, 10> kSections = {"individuals", "landmark
 /// The name between brackets, in lower case; empty where `line` is no head of a section.
 std::string section_of(std::string_view line) {
   if (!line.starts_with('[') || !line.ends_with(']')) return {};
-  return io::to_lower(io::trim(line.substr(1, line.size() - 2)));
+  return text::to_lower(text::trim(line.substr(1, line.size() - 2)));
 }
 
 struct Section {
-  io::TextLine head;
-  std::vector<io::TextLine> lines;
+  text::TextLine head;
+  std::vector<text::TextLine> lines;
 };
 
 class MorphologikaReader {
@@ -44,7 +44,8 @@ class MorphologikaReader {
     landmarks_ = count_in("landmarks");
     dimension_ = count_in("dimensions");
     if (dimension_ > 3)
-      io::fail(path_, find("dimensions").head.number, fmt::format("{} dimensions; 1, 2 or 3 are expected", dimension_));
+      text::fail(path_, find("dimensions").head.number,
+                 fmt::format("{} dimensions; 1, 2 or 3 are expected", dimension_));
     read_points();
     read_names();
     read_labels();
@@ -55,15 +56,15 @@ class MorphologikaReader {
  private:
   void split_sections() {
     while (!lines_.at_end()) {
-      const io::TextLine head = lines_.take("a section");
+      const text::TextLine head = lines_.take("a section");
       const std::string name = section_of(head.text);
       if (name.empty())
-        io::fail(path_, head.number, io::in_quotes(head.text) + " where a section such as [names] is expected");
+        text::fail(path_, head.number, text::in_quotes(head.text) + " where a section such as [names] is expected");
       const auto [section, is_new] = sections_.try_emplace(name, Section{head, {}});
       if (!is_new)
-        io::fail(
-            path_, head.number,
-            fmt::format("the section [{}] is already on line {}", io::as_one_line(name), section->second.head.number));
+        text::fail(path_, head.number,
+                   fmt::format("the section [{}] is already on line {}", text::as_one_line(name),
+                               section->second.head.number));
       while (!lines_.at_end() && section_of(lines_.peek().text).empty())
         section->second.lines.push_back(lines_.take("a line"));
     }
@@ -71,14 +72,14 @@ class MorphologikaReader {
 
   const Section& find(const std::string& name) const {
     const auto section = sections_.find(name);
-    if (section == sections_.end()) io::fail(path_, lines_.peek().number, "there is no section [" + name + "]");
+    if (section == sections_.end()) text::fail(path_, lines_.peek().number, "there is no section [" + name + "]");
     return section->second;
   }
 
   std::size_t count_in(const std::string& name) const {
     const Section& section = find(name);
     if (section.lines.size() != 1)
-      io::fail(path_, section.head.number, "[" + name + "] has not just one line, a count");
+      text::fail(path_, section.head.number, "[" + name + "] has not just one line, a count");
     return require_count(path_, section.lines.front(), section.lines.front().text, "the number of " + name);
   }
 
@@ -87,24 +88,24 @@ class MorphologikaReader {
     auto line = section.lines.begin();
     for (std::size_t i = 1; i <= individuals_; ++i) {
       std::string name;
-      while (line != section.lines.end() && line->text.starts_with('\'')) name = io::trim((line++)->text.substr(1));
+      while (line != section.lines.end() && line->text.starts_with('\'')) name = text::trim((line++)->text.substr(1));
       const std::string individual = fmt::format("individual {}", i);
       PointList list(dimension_, kMorphologikaMissing);
       for (std::size_t k = 1; k <= landmarks_; ++k, ++line) {
         if (line == section.lines.end() || line->text.starts_with('\''))
-          io::fail(path_, line == section.lines.end() ? section.head.number : line->number,
-                   fmt::format("individual {} of {} has {}; {} are announced", i, individuals_,
-                               io::counted(k - 1, "landmark"), landmarks_));
-        list.add(io::split_words(line->text), {path_, line->number, std::to_string(k), individual, 0});
+          text::fail(path_, line == section.lines.end() ? section.head.number : line->number,
+                     fmt::format("individual {} of {} has {}; {} are announced", i, individuals_,
+                                 text::counted(k - 1, "landmark"), landmarks_));
+        list.add(text::split_words(line->text), {path_, line->number, std::to_string(k), individual, 0});
       }
       Landmarks& shape = file_.shapes.emplace_back();
       shape.points = list.points();
       shape.name = std::move(name);
     }
     if (line != section.lines.end())
-      io::fail(path_, line->number,
-               fmt::format("{} after the {} of {} each that are announced", io::in_quotes(line->text),
-                           io::counted(individuals_, "individual"), io::counted(landmarks_, "landmark")));
+      text::fail(path_, line->number,
+                 fmt::format("{} after the {} of {} each that are announced", text::in_quotes(line->text),
+                             text::counted(individuals_, "individual"), text::counted(landmarks_, "landmark")));
   }
 
   void read_names() {
@@ -116,19 +117,19 @@ class MorphologikaReader {
   const Section& lines_for_individuals(const std::string& name) const {
     const Section& section = find(name);
     if (section.lines.size() != individuals_)
-      io::fail(path_, section.head.number,
-               fmt::format("[{}] has {} for {}", name, io::counted(section.lines.size(), "line"),
-                           io::counted(individuals_, "individual")));
+      text::fail(path_, section.head.number,
+                 fmt::format("[{}] has {} for {}", name, text::counted(section.lines.size(), "line"),
+                             text::counted(individuals_, "individual")));
     return section;
   }
 
   /// By tabs where there are any, for then there may be blanks within.
   static std::vector<std::string_view> split_values(std::string_view line) {
-    if (line.find('\t') == std::string_view::npos) return io::split_words(line);
+    if (line.find('\t') == std::string_view::npos) return text::split_words(line);
     std::vector<std::string_view> values;
     for (std::size_t begin = 0; begin <= line.size();) {
       const std::size_t end = std::min(line.find('\t', begin), line.size());
-      values.push_back(io::trim(line.substr(begin, end - begin)));
+      values.push_back(text::trim(line.substr(begin, end - begin)));
       begin = end + 1;
     }
     return values;
@@ -139,7 +140,7 @@ class MorphologikaReader {
     if (!sections_.contains("labelvalues")) return;
     std::vector<std::string> labels;
     if (sections_.contains("labels"))
-      for (const io::TextLine& line : find("labels").lines)
+      for (const text::TextLine& line : find("labels").lines)
         for (const std::string_view word : split_values(line.text)) labels.emplace_back(word);
     const Section& section = lines_for_individuals("labelvalues");
     for (std::size_t i = 0; i < file_.shapes.size(); ++i) {
@@ -158,8 +159,8 @@ class MorphologikaReader {
       const bool is_read = name != "groups" && name != "wireframe" && name != "polygons" &&
                            std::find(kSections.begin(), kSections.end(), name) != kSections.end();
       if (!is_read && !section.lines.empty())
-        file_.warnings.push_back(fmt::format("{}: the section [{}] ({}) is not used", path_, io::as_one_line(name),
-                                             io::counted(section.lines.size(), "line")));
+        file_.warnings.push_back(fmt::format("{}: the section [{}] ({}) is not used", path_, text::as_one_line(name),
+                                             text::counted(section.lines.size(), "line")));
     }
   }
 
@@ -190,7 +191,7 @@ struct EdmaHeader {
 
 /// @return nothing unless `line` is such a header, with counts from 1 and 1, 2 or 3 dimensions
 std::optional<EdmaHeader> parse_header(std::string_view line) {
-  const std::vector<std::string_view> words = io::split_words(line);
+  const std::vector<std::string_view> words = text::split_words(line);
   if (words.size() != 3) return std::nullopt;
   const bool has_labels = words[0].ends_with('L') || words[0].ends_with('l');
   const auto landmarks = parse_count(words[0].substr(0, words[0].size() - (has_labels ? 1 : 0)));
@@ -202,40 +203,41 @@ std::optional<EdmaHeader> parse_header(std::string_view line) {
 }
 
 bool is_mark(std::string_view line) {
-  const std::string lower = io::to_lower(line);
+  const std::string lower = text::to_lower(line);
   return lower == "xyz" || lower == "xy";
 }
 
 std::vector<std::string> take_labels(TextLines& lines, std::size_t count) {
   std::vector<std::string> labels;
-  io::TextLine line = lines.peek();
+  text::TextLine line = lines.peek();
   while (labels.size() < count) {
     line = lines.take(fmt::format("label {} of {}", labels.size() + 1, count));
-    for (const std::string_view word : io::split_words(line.text)) labels.emplace_back(word);
+    for (const std::string_view word : text::split_words(line.text)) labels.emplace_back(word);
   }
   if (labels.size() > count)
-    io::fail(
-        lines.path(), line.number,
-        fmt::format("{} where {} are announced", io::counted(labels.size(), "label"), io::counted(count, "landmark")));
+    text::fail(lines.path(), line.number,
+               fmt::format("{} where {} are announced", text::counted(labels.size(), "label"),
+                           text::counted(count, "landmark")));
   return labels;
 }
 
 bool holds_numbers(std::string_view line, std::size_t count) {
-  const std::vector<std::string_view> words = io::split_words(line);
+  const std::vector<std::string_view> words = text::split_words(line);
   if (words.size() != count || count == 1) return false;
   for (const std::string_view word : words)
-    if (!io::is_number(word)) return false;
+    if (!text::is_number(word)) return false;
   return true;
 }
 
 void take_names(TextLines& lines, LandmarkFile& file, const EdmaHeader& header) {
   if (lines.at_end()) return;
   if (holds_numbers(lines.peek().text, header.dimension))
-    lines.require_end(io::counted(header.specimens, "specimen") + " of " + io::counted(header.landmarks, "landmark"));
+    lines.require_end(text::counted(header.specimens, "specimen") + " of " +
+                      text::counted(header.landmarks, "landmark"));
   if (lines.left() != header.specimens) {
     file.warnings.push_back(fmt::format("{}: {} after the landmarks, which are no names of {}, are not used",
-                                        lines.path(), io::counted(lines.left(), "line"),
-                                        io::counted(header.specimens, "specimen")));
+                                        lines.path(), text::counted(lines.left(), "line"),
+                                        text::counted(header.specimens, "specimen")));
     return;
   }
   for (Landmarks& shape : file.shapes) shape.name = lines.take("a name").text;
@@ -251,17 +253,18 @@ bool sniff_edma(std::string_view text) {
 LandmarkFile read_edma(const std::string& path, std::string_view text) {
   TextLines lines(path, text);
   std::string title;
-  io::TextLine line = lines.take("a title");
+  text::TextLine line = lines.take("a title");
   if (!is_mark(line.text)) {
     title = line.text;
     line = lines.take("XYZ");
-    if (!is_mark(line.text)) io::fail(path, line.number, io::in_quotes(line.text) + " where XYZ is expected");
+    if (!is_mark(line.text)) text::fail(path, line.number, text::in_quotes(line.text) + " where XYZ is expected");
   }
   line = lines.take("a header such as 10L 2 5");
   const std::optional<EdmaHeader> header = parse_header(line.text);
   if (!header)
-    io::fail(path, line.number,
-             io::in_quotes(line.text) + " where the landmarks, dimensions and specimens are expected, such as 10L 2 5");
+    text::fail(
+        path, line.number,
+        text::in_quotes(line.text) + " where the landmarks, dimensions and specimens are expected, such as 10L 2 5");
   std::vector<std::string> labels;
   if (header->has_labels) labels = take_labels(lines, header->landmarks);
   LandmarkFile file;

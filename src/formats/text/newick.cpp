@@ -34,7 +34,7 @@ class NewickReader {
         if (depth_ > 0) fail(fmt::format("{} '(' without ')'", depth_));
         break;
       } else {
-        fail(fmt::format("{} where ',', ')' or ';' is expected", io::in_quotes(std::string(1, next))));
+        fail(fmt::format("{} where ',', ')' or ';' is expected", text::in_quotes(std::string(1, next))));
       }
     }
     skip();
@@ -47,7 +47,7 @@ class NewickReader {
  private:
   [[noreturn]] void fail(const std::string& message) const {
     const auto end = text_.begin() + static_cast<std::ptrdiff_t>(std::min(place_, text_.size()));
-    io::fail(path_, static_cast<std::size_t>(std::count(text_.begin(), end, '\n')) + 1, message);
+    text::fail(path_, static_cast<std::size_t>(std::count(text_.begin(), end, '\n')) + 1, message);
   }
 
   // A node, and those within its parentheses, up to the first leaf.
@@ -73,15 +73,16 @@ class NewickReader {
   void take_label() {
     skip();
     TreeNode& node = nodes_[at_];
-    node.name = peek() == '\'' ? quoted() : std::string(io::trim(plain()));
+    node.name = peek() == '\'' ? quoted() : std::string(text::trim(plain()));
     skip();
     if (peek() != ':') return;
     ++place_;
     skip();
-    const std::string length(io::trim(plain()));
-    node.length = io::is_number(length) ? parse_number(length, "a branch") : NAN;
+    const std::string length(text::trim(plain()));
+    node.length = text::is_number(length) ? parse_number(length, "a branch") : NAN;
     if (!(std::isfinite(node.length) && node.length >= 0))
-      fail(fmt::format("the length of a branch is {}; a number that is not negative is needed", io::in_quotes(length)));
+      fail(fmt::format("the length of a branch is {}; a number that is not negative is needed",
+                       text::in_quotes(length)));
   }
 
   std::string quoted() {
@@ -139,7 +140,7 @@ class NewickReader {
     std::set<std::string> names;
     for (const TreeNode& node : nodes_)
       if (!node.name.empty() && !names.insert(node.name).second)
-        fail(fmt::format("two nodes are called {}", io::in_quotes(node.name)));
+        fail(fmt::format("two nodes are called {}", text::in_quotes(node.name)));
   }
 
   const std::string& path_;

@@ -32,7 +32,7 @@ struct NtsHeader {
 
 std::optional<NtsSide> parse_side(std::string_view word, std::string_view places) {
   NtsSide side{0, 0};
-  const char last = io::to_lower(word.substr(word.size() - 1)).front();
+  const char last = text::to_lower(word.substr(word.size() - 1)).front();
   if (places.find(last) != std::string_view::npos) {
     side.labels = last;
     word.remove_suffix(1);
@@ -45,23 +45,23 @@ std::optional<NtsSide> parse_side(std::string_view word, std::string_view places
 
 /// Takes `dim=d` off the end of `text`. @return nothing where that is not a number
 std::optional<std::size_t> take_dimension(std::string_view& text) {
-  const std::size_t begin = io::to_lower(text).find("dim");
+  const std::size_t begin = text::to_lower(text).find("dim");
   const std::size_t equals = text.find('=', begin);
   if (equals == std::string_view::npos) return std::nullopt;
-  const std::string_view number = io::trim(text.substr(equals + 1));
+  const std::string_view number = text::trim(text.substr(equals + 1));
   text = text.substr(0, begin);
   return parse_count(number);
 }
 
 /// @return nothing unless `line` is a header
-std::optional<NtsHeader> parse_header(const io::TextLine& line) {
+std::optional<NtsHeader> parse_header(const text::TextLine& line) {
   std::string_view text = line.text;
   NtsHeader header{line.number, {0, 0}, {0, 0}, std::nullopt, std::nullopt};
-  if (io::to_lower(text).find("dim") != std::string::npos) {
+  if (text::to_lower(text).find("dim") != std::string::npos) {
     header.dimension = take_dimension(text);
     if (!header.dimension) return std::nullopt;
   }
-  const std::vector<std::string_view> words = io::split_words(text);
+  const std::vector<std::string_view> words = text::split_words(text);
   if (words.size() < 4 || words.size() > 5 || words[0] != "1") return std::nullopt;
   const std::optional<NtsSide> rows = parse_side(words[1], "lbe");
   const std::optional<NtsSide> columns = parse_side(words[2], "l");
@@ -69,7 +69,7 @@ std::optional<NtsHeader> parse_header(const io::TextLine& line) {
   header.rows = *rows;
   header.columns = *columns;
   if (words.size() == 5) {
-    if (!io::is_number(words[4])) return std::nullopt;
+    if (!text::is_number(words[4])) return std::nullopt;
     header.missing = parse_number(words[4], "");
   }
   return header;
@@ -87,7 +87,7 @@ class NtsWords {
   std::string_view take(const std::string& wanted) {
     if (next_ == words_.size()) {
       line_ = lines_.take(wanted);
-      words_ = io::split_words(line_.text);
+      words_ = text::split_words(line_.text);
       next_ = 0;
     }
     return words_[next_++];
@@ -98,7 +98,7 @@ class NtsWords {
 
  private:
   TextLines& lines_;
-  io::TextLine line_{0, {}};
+  text::TextLine line_{0, {}};
   std::vector<std::string_view> words_;
   std::size_t next_ = 0;
 };
@@ -114,7 +114,7 @@ std::vector<std::string> take_words(NtsWords& words, std::size_t count, const st
 std::size_t count_words(TextLines lines, std::size_t begin) {
   std::size_t words = 0;
   for (std::size_t i = 0; !lines.at_end(); ++i) {
-    const std::size_t here = io::split_words(lines.take("").text).size();
+    const std::size_t here = text::split_words(lines.take("").text).size();
     if (i >= begin) words += here;
   }
   return words;
@@ -132,35 +132,36 @@ class NtsReader {
     else
       read_specimens();
     if (!words_.at_end())
-      io::fail(path_, words_.next_line(),
-               fmt::format("there is more than the {} by {} numbers that line {} announces", header_.rows.count,
-                           header_.columns.count, header_.line));
+      text::fail(path_, words_.next_line(),
+                 fmt::format("there is more than the {} by {} numbers that line {} announces", header_.rows.count,
+                             header_.columns.count, header_.line));
     return std::move(file_);
   }
 
  private:
   void read_header() {
     while (is_nts_comment(lines_.peek().text)) lines_.take("");
-    const io::TextLine line = lines_.take("a header such as 1 10 24 0 dim=2");
+    const text::TextLine line = lines_.take("a header such as 1 10 24 0 dim=2");
     const std::optional<NtsHeader> header = parse_header(line);
     if (!header)
-      io::fail(path_, line.number, io::in_quotes(line.text) + " where a header such as 1 10 24 0 dim=2 is expected");
+      text::fail(path_, line.number,
+                 text::in_quotes(line.text) + " where a header such as 1 10 24 0 dim=2 is expected");
     header_ = *header;
     dimension_ = header_.dimension ? *header_.dimension : dimension_of_columns();
     if (dimension_ < 1 || dimension_ > 3)
-      io::fail(path_, header_.line, fmt::format("dim={}; landmarks have 1, 2 or 3 coordinates", dimension_));
+      text::fail(path_, header_.line, fmt::format("dim={}; landmarks have 1, 2 or 3 coordinates", dimension_));
     if (header_.columns.count % dimension_ != 0)
-      io::fail(
-          path_, header_.line,
-          fmt::format("{} cannot be landmarks with dim={}", io::counted(header_.columns.count, "column"), dimension_));
+      text::fail(path_, header_.line,
+                 fmt::format("{} cannot be landmarks with dim={}", text::counted(header_.columns.count, "column"),
+                             dimension_));
   }
 
   std::size_t dimension_of_columns() {
     const std::size_t columns = header_.columns.count;
     if (columns != 2 && columns != 3)
-      io::fail(path_, header_.line,
-               fmt::format("a matrix of {} without dim=, such as covariates; landmarks need dim=2 or dim=3 here",
-                           io::counted(columns, "column")));
+      text::fail(path_, header_.line,
+                 fmt::format("a matrix of {} without dim=, such as covariates; landmarks need dim=2 or dim=3 here",
+                             text::counted(columns, "column")));
     file_.warnings.push_back(
         fmt::format("{}: the header has no dim=; the rows of {} are read as landmarks of one shape", path_, columns));
     return columns;
@@ -237,7 +238,7 @@ bool has_the_words(std::string_view text, const NtsHeader& header) {
   const std::size_t begin = text.find_first_of("\r\n");
   std::size_t words = 0;
   for (const std::string_view line : first_lines(text.substr(std::min(begin, text.size())), std::string::npos))
-    words += io::split_words(line).size();
+    words += text::split_words(line).size();
   if (header.rows.labels != 0) words -= std::min(words, header.rows.count);
   if (header.columns.labels != 0) words -= std::min(words, header.columns.count);
   return words % header.columns.count == 0 && words / header.columns.count == header.rows.count;

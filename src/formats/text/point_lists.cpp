@@ -22,8 +22,8 @@ namespace {
 constexpr double kIdavMissing = 9999;
 
 bool is_version(std::string_view line) {
-  const std::vector<std::string_view> words = io::split_words(line);
-  return words.size() == 2 && io::to_lower(words[0]) == "version" && io::is_number(words[1]);
+  const std::vector<std::string_view> words = text::split_words(line);
+  return words.size() == 2 && text::to_lower(words[0]) == "version" && text::is_number(words[1]);
 }
 
 bool sniff_idav(std::string_view text) {
@@ -33,21 +33,21 @@ bool sniff_idav(std::string_view text) {
 
 LandmarkFile read_idav(const std::string& path, std::string_view text) {
   TextLines lines(path, text);
-  const io::TextLine version = lines.take("Version 1.0");
+  const text::TextLine version = lines.take("Version 1.0");
   if (!is_version(version.text))
-    io::fail(path, version.number, io::in_quotes(version.text) + " where Version 1.0 is expected");
-  const io::TextLine announcement = lines.take("the number of landmarks");
+    text::fail(path, version.number, text::in_quotes(version.text) + " where Version 1.0 is expected");
+  const text::TextLine announcement = lines.take("the number of landmarks");
   const std::size_t count = require_count(path, announcement, announcement.text, "the number of landmarks");
   PointList list(dimension_of_next(lines, 1), kIdavMissing);
   LandmarkFile file;
   Landmarks& shape = file.shapes.emplace_back();
   for (std::size_t i = 1; i <= count; ++i) {
-    const io::TextLine line = lines.take(fmt::format("landmark {} of {}", i, count));
-    const std::vector<std::string_view> words = io::split_words(line.text);
-    list.add(std::span(words).subspan(1), {path, line.number, io::in_quotes(words.front()), "", 0});
+    const text::TextLine line = lines.take(fmt::format("landmark {} of {}", i, count));
+    const std::vector<std::string_view> words = text::split_words(line.text);
+    list.add(std::span(words).subspan(1), {path, line.number, text::in_quotes(words.front()), "", 0});
     shape.labels.emplace_back(words.front());
   }
-  lines.require_end(io::counted(count, "landmark"));
+  lines.require_end(text::counted(count, "landmark"));
   shape.points = list.points();
   return file;
 }
@@ -55,27 +55,28 @@ LandmarkFile read_idav(const std::string& path, std::string_view text) {
 /// What follows `key:`, where `line` is of this key.
 std::optional<std::string_view> value_of(std::string_view line, std::string_view key) {
   const std::size_t colon = line.find(':');
-  if (colon == std::string_view::npos || io::to_lower(io::trim(line.substr(0, colon))) != key) return std::nullopt;
-  return io::trim(line.substr(colon + 1));
+  if (colon == std::string_view::npos || text::to_lower(text::trim(line.substr(0, colon))) != key) return std::nullopt;
+  return text::trim(line.substr(colon + 1));
 }
 
 std::size_t take_point_count(TextLines& lines) {
-  io::TextLine line = lines.take("version: or n_points:");
+  text::TextLine line = lines.take("version: or n_points:");
   if (const auto version = value_of(line.text, "version")) {
     if (*version != "1" && *version != "1.0")
-      io::fail(lines.path(), line.number, fmt::format("version {} of the format; 1 is read", io::in_quotes(*version)));
+      text::fail(lines.path(), line.number,
+                 fmt::format("version {} of the format; 1 is read", text::in_quotes(*version)));
     line = lines.take("n_points:");
   }
   const auto count = value_of(line.text, "n_points");
-  if (!count) io::fail(lines.path(), line.number, io::in_quotes(line.text) + " where n_points: is expected");
+  if (!count) text::fail(lines.path(), line.number, text::in_quotes(line.text) + " where n_points: is expected");
   return require_count(lines.path(), line, *count, "the number of points");
 }
 
 void take_brace(TextLines& lines, std::string_view brace) {
-  const io::TextLine line = lines.take(io::in_quotes(brace));
+  const text::TextLine line = lines.take(text::in_quotes(brace));
   if (line.text != brace)
-    io::fail(lines.path(), line.number,
-             fmt::format("{} where {} is expected", io::in_quotes(line.text), io::in_quotes(brace)));
+    text::fail(lines.path(), line.number,
+               fmt::format("{} where {} is expected", text::in_quotes(line.text), text::in_quotes(brace)));
 }
 
 bool sniff_ibug(std::string_view text) {
@@ -91,7 +92,7 @@ LandmarkFile read_ibug(const std::string& path, std::string_view text) {
   LandmarkFile file;
   file.shapes.emplace_back().points = take_points(lines, count, PointList(dimension_of_next(lines)));
   take_brace(lines, "}");
-  lines.require_end(io::counted(count, "point"));
+  lines.require_end(text::counted(count, "point"));
   return file;
 }
 
@@ -108,7 +109,7 @@ WrittenLandmarks write_ibug(const std::string& path, const LandmarkFile& file) {
 }
 
 bool is_kind(std::string_view line) {
-  const std::string kind = io::to_lower(line);
+  const std::string kind = text::to_lower(line);
   return kind == "point" || kind == "index";
 }
 
@@ -119,14 +120,15 @@ bool sniff_elastix(std::string_view text) {
 
 LandmarkFile read_elastix(const std::string& path, std::string_view text) {
   TextLines lines(path, text);
-  const io::TextLine kind = lines.take("point or index");
-  if (!is_kind(kind.text)) io::fail(path, kind.number, io::in_quotes(kind.text) + " where point or index is expected");
-  const io::TextLine announcement = lines.take("the number of points");
+  const text::TextLine kind = lines.take("point or index");
+  if (!is_kind(kind.text))
+    text::fail(path, kind.number, text::in_quotes(kind.text) + " where point or index is expected");
+  const text::TextLine announcement = lines.take("the number of points");
   const std::size_t count = require_count(path, announcement, announcement.text, "the number of points");
   LandmarkFile file;
   file.shapes.emplace_back().points = take_points(lines, count, PointList(dimension_of_next(lines)));
-  lines.require_end(io::counted(count, "point"));
-  if (io::to_lower(kind.text) == "index") {
+  lines.require_end(text::counted(count, "point"));
+  if (text::to_lower(kind.text) == "index") {
     file.units = "voxels";
     file.warnings.push_back(path + ": the points are indices of voxels, not positions; they are not converted");
   }
@@ -145,27 +147,27 @@ WrittenLandmarks write_elastix(const std::string& path, const LandmarkFile& file
 }
 
 /// The words between the brackets of the field `name`, among fields between semicolons.
-std::vector<std::string_view> field(const std::string& path, const io::TextLine& line, std::string_view name) {
+std::vector<std::string_view> field(const std::string& path, const text::TextLine& line, std::string_view name) {
   std::string_view rest = line.text;
   while (!rest.empty()) {
     const std::string_view part = rest.substr(0, rest.find(';'));
     rest.remove_prefix(std::min(part.size() + 1, rest.size()));
     const std::size_t equals = part.find('=');
-    if (equals == std::string_view::npos || io::to_lower(io::trim(part.substr(0, equals))) != io::to_lower(name))
+    if (equals == std::string_view::npos || text::to_lower(text::trim(part.substr(0, equals))) != text::to_lower(name))
       continue;
-    const std::string_view value = io::trim(part.substr(equals + 1));
+    const std::string_view value = text::trim(part.substr(equals + 1));
     if (!value.starts_with('[') || !value.ends_with(']'))
-      io::fail(path, line.number,
-               fmt::format("{} is {}; numbers in brackets are expected", name, io::in_quotes(value)));
-    return io::split_words(value.substr(1, value.size() - 2));
+      text::fail(path, line.number,
+                 fmt::format("{} is {}; numbers in brackets are expected", name, text::in_quotes(value)));
+    return text::split_words(value.substr(1, value.size() - 2));
   }
-  io::fail(path, line.number, fmt::format("no {} = [ .. ] in {}", name, io::in_quotes(line.text)));
+  text::fail(path, line.number, fmt::format("no {} = [ .. ] in {}", name, text::in_quotes(line.text)));
 }
 
 bool sniff_transformix(std::string_view text) {
   const std::vector<std::string_view> lines = first_lines(text, 1);
   if (lines.empty()) return false;
-  const std::string line = io::to_lower(lines.front());
+  const std::string line = text::to_lower(lines.front());
   return line.starts_with("point") && line.find(';') != std::string::npos &&
          line.find("outputpoint") != std::string::npos;
 }
@@ -174,12 +176,12 @@ LandmarkFile read_transformix(const std::string& path, std::string_view text) {
   TextLines lines(path, text);
   const std::size_t d = field(path, lines.peek(), "InputPoint").size();
   if (d != 2 && d != 3)
-    io::fail(path, lines.peek().number,
-             fmt::format("InputPoint has {}; 2 or 3 are expected", io::counted(d, "coordinate")));
+    text::fail(path, lines.peek().number,
+               fmt::format("InputPoint has {}; 2 or 3 are expected", text::counted(d, "coordinate")));
   PointList input(d);
   PointList output(d);
   for (std::size_t i = 1; !lines.at_end(); ++i) {
-    const io::TextLine line = lines.take("a point");
+    const text::TextLine line = lines.take("a point");
     const std::string number = std::to_string(i);
     input.add(field(path, line, "InputPoint"), {path, line.number, number, "InputPoint", 0});
     output.add(field(path, line, "OutputPoint"), {path, line.number, number, "OutputPoint", 0});

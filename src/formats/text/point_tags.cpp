@@ -38,13 +38,13 @@ LandmarkFile read_points(const std::string& path, std::string_view text, const P
       points.add_missing(name);
       continue;
     }
-    io::CoordinatePlace place{path, tag->line, name.empty() ? std::to_string(points.count() + 1) : io::in_quotes(name),
-                              "", 0};
+    text::CoordinatePlace place{path, tag->line,
+                                name.empty() ? std::to_string(points.count() + 1) : text::in_quotes(name), "", 0};
     Eigen::Vector3d point;
     for (; place.axis < 3; ++place.axis) point[static_cast<Eigen::Index>(place.axis)] = coordinate_of(*tag, place);
     points.add(point, name);
   }
-  if (points.count() == 0) io::fail(path, tags.line(), fmt::format("there is no <{}> in this file", kind.element));
+  if (points.count() == 0) text::fail(path, tags.line(), fmt::format("there is no <{}> in this file", kind.element));
   LandmarkFile file;
   points.move_to(file.shapes.emplace_back());
   drop_repeated_labels(path, file);

@@ -19,14 +19,14 @@ struct Element {
   std::string attributes;  // lower case
   std::string parent;      // empty at the top
   std::size_t line;
-  std::vector<io::TextLine> rows;
+  std::vector<text::TextLine> rows;
 };
 
 /// Where the name in a tag ends: before the first `attribute=`. The names of curves may hold blanks.
 std::size_t name_end_of(std::string_view tag) {
   const std::size_t equals = tag.find('=');
   if (equals == std::string_view::npos) return tag.size();
-  const std::size_t attribute_end = io::trim(tag.substr(0, equals)).size();
+  const std::size_t attribute_end = text::trim(tag.substr(0, equals)).size();
   const std::size_t blank = tag.substr(0, attribute_end).find_last_of(" \t");
   return blank == std::string_view::npos ? tag.size() : blank;
 }
@@ -34,8 +34,8 @@ std::size_t name_end_of(std::string_view tag) {
 /// Attributes in lower case, without the blanks around `=`.
 std::string attributes_of(std::string_view text) {
   std::string attributes;
-  for (const char c : io::to_lower(text)) {
-    if (c == '=') attributes.resize(io::trim(attributes).size());
+  for (const char c : text::to_lower(text)) {
+    if (c == '=') attributes.resize(text::trim(attributes).size());
     if ((c == ' ' || c == '\t') && (attributes.empty() || attributes.back() == '=')) continue;
     attributes += c;
   }
@@ -44,7 +44,7 @@ std::string attributes_of(std::string_view text) {
 
 /// The value of `key=`; nothing where it is not there.
 std::optional<std::string> attribute_of(const Element& element, const std::string& key) {
-  for (const std::string_view word : io::split_words(element.attributes))
+  for (const std::string_view word : text::split_words(element.attributes))
     if (word.starts_with(key + "=")) return std::string(word.substr(key.size() + 1));
   return std::nullopt;
 }
@@ -56,13 +56,13 @@ class Elements {
 
   std::vector<Element> read() {
     while (!lines_.at_end()) {
-      const io::TextLine line = lines_.take("an element");
+      const text::TextLine line = lines_.take("an element");
       std::string_view rest = line.text;
-      while (!rest.empty()) rest = io::trim(read_part(line.number, rest));
+      while (!rest.empty()) rest = text::trim(read_part(line.number, rest));
     }
     if (!open_.empty())
-      io::fail(lines_.path(), open_.back().line,
-               fmt::format("<{}> has no end in this file", io::as_one_line(open_.back().name)));
+      text::fail(lines_.path(), open_.back().line,
+                 fmt::format("<{}> has no end in this file", text::as_one_line(open_.back().name)));
     return std::move(closed_);
   }
 
@@ -70,14 +70,14 @@ class Elements {
   /// Reads a tag, or text up to one. @return what follows in the line
   std::string_view read_part(std::size_t number, std::string_view rest) {
     if (!rest.starts_with('<')) {
-      const std::string_view row = io::trim(rest.substr(0, rest.find("</")));
-      if (open_.empty()) io::fail(lines_.path(), number, io::in_quotes(row) + " is outside of all elements");
+      const std::string_view row = text::trim(rest.substr(0, rest.find("</")));
+      if (open_.empty()) text::fail(lines_.path(), number, text::in_quotes(row) + " is outside of all elements");
       open_.back().rows.push_back({number, row});
       return rest.substr(std::min(rest.find("</"), rest.size()));
     }
     const std::size_t end = rest.find('>');
-    if (end == std::string_view::npos) io::fail(lines_.path(), number, io::in_quotes(rest) + " has no '>'");
-    read_tag(number, io::trim(rest.substr(1, end - 1)));
+    if (end == std::string_view::npos) text::fail(lines_.path(), number, text::in_quotes(rest) + " has no '>'");
+    read_tag(number, text::trim(rest.substr(1, end - 1)));
     return rest.substr(end + 1);
   }
 
@@ -86,14 +86,14 @@ class Elements {
       const std::string parent = open_.empty() ? "" : open_.back().name;
       const std::size_t name_end = name_end_of(tag);
       open_.push_back(
-          {std::string(io::trim(tag.substr(0, name_end))), attributes_of(tag.substr(name_end)), parent, number, {}});
+          {std::string(text::trim(tag.substr(0, name_end))), attributes_of(tag.substr(name_end)), parent, number, {}});
       return;
     }
-    const std::string_view name = io::trim(tag.substr(1));
+    const std::string_view name = text::trim(tag.substr(1));
     if (open_.empty() || open_.back().name != name)
-      io::fail(lines_.path(), number,
-               fmt::format("</{}> where {} is expected", io::as_one_line(name),
-                           open_.empty() ? "nothing" : "</" + io::as_one_line(open_.back().name) + ">"));
+      text::fail(lines_.path(), number,
+                 fmt::format("</{}> where {} is expected", text::as_one_line(name),
+                             open_.empty() ? "nothing" : "</" + text::as_one_line(open_.back().name) + ">"));
     closed_.push_back(std::move(open_.back()));
     open_.pop_back();
   }
@@ -106,21 +106,21 @@ class Elements {
 void require_announced_rows(const std::string& path, const Element& element) {
   const std::optional<std::string> announced = attribute_of(element, "nrow");
   if (announced && parse_count(*announced) != element.rows.size())
-    io::fail(path, element.line,
-             fmt::format("<{}> has {}, but says nrow={}", io::as_one_line(element.name),
-                         io::counted(element.rows.size(), "row"), io::as_one_line(*announced)));
+    text::fail(path, element.line,
+               fmt::format("<{}> has {}, but says nrow={}", text::as_one_line(element.name),
+                           text::counted(element.rows.size(), "row"), text::as_one_line(*announced)));
 }
 
 std::size_t dimension_of(const std::string& path, const Element& element) {
   const auto names_of_rows = attribute_of(element, "rownames");
   const auto is_named = names_of_rows ? names_of_rows : attribute_of(element, "names");  // the latter in older files
   const std::size_t names = is_named == "true" ? 1 : 0;
-  const std::size_t columns = io::split_words(element.rows.front().text).size() - names;
+  const std::size_t columns = text::split_words(element.rows.front().text).size() - names;
   const std::optional<std::string> announced = attribute_of(element, "ncol");
   const std::size_t d = announced ? parse_count(*announced).value_or(0) : columns;
   if (d != 2 && d != 3)
-    io::fail(path, element.line,
-             fmt::format("<{}> has {} columns; 2 or 3 are expected", io::as_one_line(element.name), d));
+    text::fail(path, element.line,
+               fmt::format("<{}> has {} columns; 2 or 3 are expected", text::as_one_line(element.name), d));
   return d;
 }
 
@@ -131,17 +131,17 @@ std::pair<Points, std::vector<std::string>> points_of(const std::string& path, c
   const std::size_t d = dimension_of(path, element);
   PointList list(d);
   std::vector<std::string> labels;
-  for (const io::TextLine& row : element.rows) {
-    const std::vector<std::string_view> words = io::split_words(row.text);
+  for (const text::TextLine& row : element.rows) {
+    const std::vector<std::string_view> words = text::split_words(row.text);
     const std::size_t names = words.size() - std::min(d, words.size());
     const std::string_view label =
         names == 0 ? std::string_view()
                    : row.text.substr(0, static_cast<std::size_t>(words[names].data() - row.text.data()));
-    labels.emplace_back(io::trim(label));
-    const std::string called = labels.back().empty() ? std::to_string(labels.size()) : io::in_quotes(labels.back());
+    labels.emplace_back(text::trim(label));
+    const std::string called = labels.back().empty() ? std::to_string(labels.size()) : text::in_quotes(labels.back());
     list.add(std::span(words).subspan(names), {path, row.number, called, "", 0});
   }
-  return {list.points(), io::unless_all_empty(std::move(labels))};
+  return {list.points(), text::unless_all_empty(std::move(labels))};
 }
 
 const Element* find(const std::vector<Element>& elements, std::string_view name) {
@@ -151,7 +151,7 @@ const Element* find(const std::vector<Element>& elements, std::string_view name)
 }
 
 std::string text_of(const Element* element) {
-  if (element == nullptr || io::is_missing(element->rows.front().text)) return {};
+  if (element == nullptr || text::is_missing(element->rows.front().text)) return {};
   return std::string(element->rows.front().text);
 }
 
@@ -174,7 +174,7 @@ LandmarkFile read_stereomorph(const std::string& path, std::string_view text) {
   const Element* const pixels = find(elements, "landmarks.pixel");
   const Element* const landmarks = pixels != nullptr ? pixels : find(elements, "landmarks.scaled");
   if (landmarks == nullptr)
-    io::fail(path, 1, "there are no landmarks: neither <landmarks.pixel> nor <landmarks.scaled> has rows");
+    text::fail(path, 1, "there are no landmarks: neither <landmarks.pixel> nor <landmarks.scaled> has rows");
   const bool is_scaled = pixels == nullptr;
   LandmarkFile file;
   Landmarks& shape = file.shapes.emplace_back();
@@ -183,7 +183,7 @@ LandmarkFile read_stereomorph(const std::string& path, std::string_view text) {
   if (is_scaled) {
     file.units = text_of(find(elements, "scaling.units"));
     file.warnings.push_back(path + ": the landmarks are those of <landmarks.scaled>; there are none in pixels");
-  } else if (const std::string scale = text_of(find(elements, "scaling")); io::is_number(scale)) {
+  } else if (const std::string scale = text_of(find(elements, "scaling")); text::is_number(scale)) {
     shape.scale = parse_number(scale, "");
   }
   for (const Element& element : elements)

@@ -24,17 +24,17 @@ class TextLines {
   std::size_t left() const { return lines_.size() - next_; }
 
   /// The next line, or at the end an empty one with the number of the last.
-  io::TextLine peek() const;
+  text::TextLine peek() const;
 
   /// @throws InputError at the end, which says that `wanted` was expected there
-  io::TextLine take(std::string_view wanted);
+  text::TextLine take(std::string_view wanted);
 
   /// @throws InputError unless the file ends here, after `what` that it announces
   void require_end(const std::string& what) const;
 
  private:
   const std::string& path_;
-  std::vector<io::TextLine> lines_;
+  std::vector<text::TextLine> lines_;
   std::size_t next_ = 0;
 };
 
@@ -45,7 +45,7 @@ std::vector<std::string_view> first_lines(std::string_view text, std::size_t cou
 std::optional<std::size_t> parse_count(std::string_view text);
 
 /// A count of at least one. @throws InputError that says what `line` should be
-std::size_t require_count(const std::string& path, const io::TextLine& line, std::string_view text,
+std::size_t require_count(const std::string& path, const text::TextLine& line, std::string_view text,
                           std::string_view what);
 
 /// Points that are gathered one by one, so that the count that a file announces allocates nothing.
@@ -58,9 +58,9 @@ class PointList {
   std::size_t dimension() const { return dimension_; }
 
   /// Takes decimal commas too. @throws InputError unless there are as many words as dimensions, each a coordinate
-  void add(std::span<const std::string_view> words, io::CoordinatePlace place);
+  void add(std::span<const std::string_view> words, text::CoordinatePlace place);
 
-  Points points() const { return io::points_from(coordinates_, dimension_); }
+  Points points() const { return text::points_from(coordinates_, dimension_); }
 
  private:
   std::size_t dimension_;

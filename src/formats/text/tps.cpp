@@ -28,12 +28,12 @@ struct KeyLine {
 std::optional<KeyLine> parse_key_line(std::string_view line) {
   const std::size_t equals = line.find('=');
   if (equals == std::string_view::npos) return std::nullopt;
-  const std::string_view name = io::trim(line.substr(0, equals));
-  return KeyLine{name, io::to_lower(name), io::trim(line.substr(equals + 1))};
+  const std::string_view name = text::trim(line.substr(0, equals));
+  return KeyLine{name, text::to_lower(name), text::trim(line.substr(equals + 1))};
 }
 
 bool is_blank_or_comment(std::string_view line) {
-  const std::string_view text = io::trim(line);
+  const std::string_view text = text::trim(line);
   return text.empty() || is_tps_comment(text);
 }
 
@@ -43,14 +43,14 @@ bool is_shape_key(const std::string& key) { return key == "lm" || key == "lm3"; 
 struct TpsLines {
   std::vector<Points> Landmarks::*points;
   std::size_t announced = 0;
-  io::TextLine announcement{0, {}};
+  text::TextLine announcement{0, {}};
 };
 
 /// One pass over the lines of a file.
 class TpsReader {
  public:
-  TpsReader(const std::string& path, std::string_view text) : path_(path), lines_(io::split_lines(path, text)) {
-    std::erase_if(lines_, [](const io::TextLine& line) { return is_blank_or_comment(line.text); });
+  TpsReader(const std::string& path, std::string_view text) : path_(path), lines_(text::split_lines(path, text)) {
+    std::erase_if(lines_, [](const text::TextLine& line) { return is_blank_or_comment(line.text); });
   }
 
   LandmarkFile read() {
@@ -62,14 +62,14 @@ class TpsReader {
   }
 
  private:
-  const io::TextLine& line() const { return lines_[next_]; }
+  const text::TextLine& line() const { return lines_[next_]; }
 
   void read_keyword() {
     const std::optional<KeyLine> entry = parse_key_line(line().text);
     if (!entry) fail_without_keyword();
     if (is_shape_key(entry->key)) return read_shape(*entry);
     if (file_.shapes.empty())
-      io::fail(path_, line().number, io::in_quotes(io::trim(line().text)) + " is before the first LM= or LM3=");
+      text::fail(path_, line().number, text::in_quotes(text::trim(line().text)) + " is before the first LM= or LM3=");
     if (entry->key == "points") return read_line_points(*entry);
     read_property(*entry);
     ++next_;
@@ -81,7 +81,7 @@ class TpsReader {
       if (!entry.value.empty()) shape.name = entry.value;
     } else if (entry.key == "image") {
       shape.image = entry.value;
-      if (shape.name.empty()) shape.name = io::image_stem(entry.value);
+      if (shape.name.empty()) shape.name = text::image_stem(entry.value);
     } else if (entry.key == "curves") {
       announce(curves_, entry);
     } else if (entry.key == "outlines") {
@@ -96,8 +96,8 @@ class TpsReader {
   }
 
   static std::optional<double> parse_scale(const KeyLine& entry) {
-    const std::string number = io::with_decimal_point(entry.value);
-    if (entry.key != "scale" || !io::is_number(number)) return std::nullopt;
+    const std::string number = text::with_decimal_point(entry.value);
+    if (entry.key != "scale" || !text::is_number(number)) return std::nullopt;
     const double scale = parse_number(number, "");
     return std::isfinite(scale) ? std::optional(scale) : std::nullopt;
   }
@@ -139,34 +139,34 @@ class TpsReader {
   /// Reads the lines of coordinates that `entry` (LM=n, POINTS=n) announces; `owner` is whose messages say they are.
   Points read_points(const KeyLine& entry, const std::string& shape, const std::string& owner) {
     const std::size_t count = parse_count(entry);
-    const io::TextLine announcement = lines_[next_++];
+    const text::TextLine announcement = lines_[next_++];
     std::vector<double> coordinates;
     for (std::size_t i = 1; i <= count; ++i, ++next_) {
       if (next_ == lines_.size() || line().text.find('=') != std::string_view::npos)
         fail_truncated(announcement, shape, i - 1);
-      io::CoordinatePlace place{path_, line().number, std::to_string(i), owner, 0};
+      text::CoordinatePlace place{path_, line().number, std::to_string(i), owner, 0};
       read_point(place, coordinates);
     }
-    return io::points_from(coordinates, static_cast<std::size_t>(dimension_));
+    return text::points_from(coordinates, static_cast<std::size_t>(dimension_));
   }
 
-  void read_point(io::CoordinatePlace& place, std::vector<double>& coordinates) const {
-    const std::vector<std::string_view> words = io::split_words(line().text);
+  void read_point(text::CoordinatePlace& place, std::vector<double>& coordinates) const {
+    const std::vector<std::string_view> words = text::split_words(line().text);
     const auto d = static_cast<std::size_t>(dimension_);
     if (words.size() != d)
-      io::fail(path_, line().number,
-               fmt::format("landmark {} of {} has {} ({}); {} takes {}", place.landmark, place.shape,
-                           io::counted(words.size(), "column"), io::in_quotes(io::trim(line().text)),
-                           d == 2 ? "LM=" : "LM3=", d));
+      text::fail(path_, line().number,
+                 fmt::format("landmark {} of {} has {} ({}); {} takes {}", place.landmark, place.shape,
+                             text::counted(words.size(), "column"), text::in_quotes(text::trim(line().text)),
+                             d == 2 ? "LM=" : "LM3=", d));
     for (; place.axis < d; ++place.axis)
-      coordinates.push_back(io::parse_coordinate(io::with_decimal_point(words[place.axis]), place));
+      coordinates.push_back(text::parse_coordinate(text::with_decimal_point(words[place.axis]), place));
   }
 
   std::size_t parse_count(const KeyLine& entry) const {
     const std::optional<std::size_t> count = formats::parse_count(entry.value);
     if (!count)
-      io::fail(path_, line().number,
-               io::in_quotes(io::trim(line().text)) + " needs a whole number, not negative, after '='");
+      text::fail(path_, line().number,
+                 text::in_quotes(text::trim(line().text)) + " needs a whole number, not negative, after '='");
     return *count;
   }
 
@@ -175,32 +175,32 @@ class TpsReader {
     const std::size_t number = file_.shapes.size();
     const bool is_announced = lines.announced > 0;
     const std::size_t line = is_announced ? lines.announcement.number : lines_[next_ - 1].number;
-    const std::string lists = io::counted(found, "list");
+    const std::string lists = text::counted(found, "list");
     const std::string difference =
         is_announced ? fmt::format("shape {} says {} but has {} of POINTS=", number,
-                                   io::in_quotes(io::trim(lines.announcement.text)), lists)
+                                   text::in_quotes(text::trim(lines.announcement.text)), lists)
                      : fmt::format("shape {} has {} of POINTS= that no CURVES= or OUTLINES= announces", number, lists);
-    if (shape.count() == 0) io::fail(path_, line, difference);
+    if (shape.count() == 0) text::fail(path_, line, difference);
     if (uncounted_++ == 0) first_uncounted_ = fmt::format("{}:{}: {}", path_, line, difference);
   }
 
-  [[noreturn]] void fail_truncated(const io::TextLine& announcement, const std::string& shape,
+  [[noreturn]] void fail_truncated(const text::TextLine& announcement, const std::string& shape,
                                    std::size_t found) const {
     const std::string stopped_at =
         next_ == lines_.size() ? "the file ends"
-                               : fmt::format("line {} is {}", line().number, io::in_quotes(io::trim(line().text)));
-    io::fail(path_, announcement.number,
-             fmt::format("{} says {} but has {} before {}", shape, io::in_quotes(io::trim(announcement.text)),
-                         io::counted(found, "line") + " of coordinates", stopped_at));
+                               : fmt::format("line {} is {}", line().number, text::in_quotes(text::trim(line().text)));
+    text::fail(path_, announcement.number,
+               fmt::format("{} says {} but has {} before {}", shape, text::in_quotes(text::trim(announcement.text)),
+                           text::counted(found, "line") + " of coordinates", stopped_at));
   }
 
   [[noreturn]] void fail_without_keyword() const {
-    const std::string found = io::in_quotes(io::trim(line().text));
-    if (file_.shapes.empty()) io::fail(path_, line().number, found + "; a tps file begins with LM= or LM3=");
-    io::fail(path_, line().number,
-             fmt::format("{} after the {} that shape {} announces; a keyword such as ID= or LM= is expected here",
-                         found, io::counted(static_cast<std::size_t>(file_.shapes.back().count()), "landmark"),
-                         file_.shapes.size()));
+    const std::string found = text::in_quotes(text::trim(line().text));
+    if (file_.shapes.empty()) text::fail(path_, line().number, found + "; a tps file begins with LM= or LM3=");
+    text::fail(path_, line().number,
+               fmt::format("{} after the {} that shape {} announces; a keyword such as ID= or LM= is expected here",
+                           found, text::counted(static_cast<std::size_t>(file_.shapes.back().count()), "landmark"),
+                           file_.shapes.size()));
   }
 
   void note_unused() {
@@ -214,7 +214,7 @@ class TpsReader {
   }
 
   const std::string& path_;
-  std::vector<io::TextLine> lines_;
+  std::vector<text::TextLine> lines_;
   std::size_t next_ = 0;
   LandmarkFile file_;
   Eigen::Index dimension_ = 2;  // of the shape
@@ -291,7 +291,7 @@ class TpsWriter {
 
   /// Whether a line `name=`, without blanks around the name, is read as a property of this name.
   static bool is_readable(const std::string& name) {
-    const bool is_keyword = std::find(kKeywords.begin(), kKeywords.end(), io::to_lower(name)) != kKeywords.end();
+    const bool is_keyword = std::find(kKeywords.begin(), kKeywords.end(), text::to_lower(name)) != kKeywords.end();
     return !is_keyword && !name.empty() && name.find('=') == std::string::npos && !is_tps_comment(name);
   }
 

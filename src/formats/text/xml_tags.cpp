@@ -33,7 +33,7 @@ std::string Tag::attribute(const std::string& key) const {
 }
 
 bool is_xml_of(std::string_view text, std::string_view element) {
-  text = io::without_byte_order_mark(text);
+  text = text::without_byte_order_mark(text);
   text.remove_prefix(std::min(text.find_first_not_of(kXmlBlanks), text.size()));
   if (!text.starts_with('<')) return false;
   try {
@@ -45,16 +45,17 @@ bool is_xml_of(std::string_view text, std::string_view element) {
   }
 }
 
-Tags::Tags(const std::string& path, std::string_view text) : path_(path), left_(io::without_byte_order_mark(text)) {
-  if (text.find('\0') != std::string_view::npos) io::split_lines(path, text);  // refuses it
-  line_end_ = io::line_end_of(text);
+Tags::Tags(const std::string& path, std::string_view text) : path_(path), left_(text::without_byte_order_mark(text)) {
+  if (text.find('\0') != std::string_view::npos) text::split_lines(path, text);  // refuses it
+  line_end_ = text::line_end_of(text);
 }
 
 std::optional<Tag> Tags::take() {
   std::optional<Tag> tag = take_any();
   if (tag) match(*tag);
   if (!tag && !open_.empty())
-    io::fail(path_, open_.back().line, fmt::format("<{}> has no end in this file", io::as_one_line(open_.back().name)));
+    text::fail(path_, open_.back().line,
+               fmt::format("<{}> has no end in this file", text::as_one_line(open_.back().name)));
   return tag;
 }
 
@@ -92,7 +93,7 @@ void Tags::skip(std::size_t count) {
 
 void Tags::skip_past(std::string_view end, std::string_view what) {
   const std::size_t found = left_.find(end);
-  if (found == std::string_view::npos) io::fail(path_, line_, fmt::format("{} has no '{}'", what, end));
+  if (found == std::string_view::npos) text::fail(path_, line_, fmt::format("{} has no '{}'", what, end));
   skip(found + end.size());
 }
 
@@ -140,27 +141,27 @@ void Tags::match(const Tag& tag) {
   if (tag.begins) open_.push_back({tag.line, tag.name});
   if (!tag.ends) return;
   if (open_.empty() || open_.back().name != tag.name)
-    io::fail(path_, tag.line,
-             fmt::format("</{}> where {} is expected", io::as_one_line(tag.name),
-                         open_.empty() ? "nothing" : "</" + io::as_one_line(open_.back().name) + ">"));
+    text::fail(path_, tag.line,
+               fmt::format("</{}> where {} is expected", text::as_one_line(tag.name),
+                           open_.empty() ? "nothing" : "</" + text::as_one_line(open_.back().name) + ">"));
   open_.pop_back();
 }
 
 void Tags::fail_attribute(const Tag& tag) const {
-  if (left_.empty()) io::fail(path_, line_, fmt::format("the tag <{}> has no '>'", io::as_one_line(tag.name)));
+  if (left_.empty()) text::fail(path_, line_, fmt::format("the tag <{}> has no '>'", text::as_one_line(tag.name)));
   const std::string_view shown = left_.substr(0, std::min(left_.find_first_of("\r\n"), left_.size()));
-  io::fail(
+  text::fail(
       path_, line_,
-      fmt::format("{} in the tag <{}>; name='value' is expected", io::in_quotes(shown), io::as_one_line(tag.name)));
+      fmt::format("{} in the tag <{}>; name='value' is expected", text::in_quotes(shown), text::as_one_line(tag.name)));
 }
 
-double coordinate_of(const Tag& tag, const io::CoordinatePlace& place) {
-  const std::string key(1, io::kAxisLetters[place.axis]);
+double coordinate_of(const Tag& tag, const text::CoordinatePlace& place) {
+  const std::string key(1, text::kAxisLetters[place.axis]);
   const auto found = tag.attributes.find(key);
   if (found == tag.attributes.end())
-    io::fail(place.path, tag.line,
-             fmt::format("the {} {} has no {}='...'", io::as_one_line(tag.name), place.landmark, key));
-  return io::parse_coordinate(io::trim(found->second), place);
+    text::fail(place.path, tag.line,
+               fmt::format("the {} {} has no {}='...'", text::as_one_line(tag.name), place.landmark, key));
+  return text::parse_coordinate(text::trim(found->second), place);
 }
 
 }  // namespace pulson::formats

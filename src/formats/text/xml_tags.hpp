@@ -68,6 +68,6 @@ class Tags {
 
 /// The coordinate in the attribute x, y or z, by place.axis, of a tag. @throws InputError where it is not there or no
 /// number
-double coordinate_of(const Tag& tag, const io::CoordinatePlace& place);
+double coordinate_of(const Tag& tag, const text::CoordinatePlace& place);
 
 }  // namespace pulson::formats

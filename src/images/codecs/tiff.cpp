@@ -240,7 +240,7 @@ PictureFile decode_tiff(std::string_view bytes, std::int64_t max_pixels) {
     check_size(layout.width, layout.height, max_pixels);
     const std::int64_t pixels = std::int64_t{layout.width} * layout.height;
     if (pixels > left)
-      throw InputError("its first " + io::counted(result.pages.size() + 1, "page") + " have " +
+      throw InputError("its first " + text::counted(result.pages.size() + 1, "page") + " have " +
                        std::to_string(max_pixels - left + pixels) +
                        " pixels, more than `max_pixels = " + std::to_string(max_pixels) + "` allows");
     converted += layout.is_direct() ? 0 : 1;

@@ -118,23 +118,38 @@ Prediction cross_validated(const CohortShapes& shapes, const NoiseChoice& noise,
   return summary(std::move(predictions));
 }
 
-bool has_few_effective(const ComparedModel& model) { return !(model.fit.effective_part >= kFewEffective); }
+bool is_sampled(const ShapeFit& shape) {
+  return shape.samples > 0 && shape.effective_samples >= kFewEffective * shape.samples;
+}
 
-// Where the samples of some model do not tell its evidence, that of all is Laplace's approximation, so that no model is
-// above another by the kind of its evidence.
-bool with_the_same_evidence(Comparison& comparison) {
-  auto& models = comparison.models;
-  if (std::none_of(models.begin(), models.end(), has_few_effective)) return false;
-  for (ComparedModel& model : models) {
-    model.fit.log_evidence = model.fit.laplace;
-    model.fit.sampling_error = 0;
-    for (ShapeFit& shape : model.fit.shapes) {
+int without_samples(const ComparedModel& model) {
+  const auto& shapes = model.fit.shapes;
+  return static_cast<int>(std::count_if(shapes.begin(), shapes.end(), [](const auto& s) { return !is_sampled(s); }));
+}
+
+// Where the samples of a shape do not tell its evidence in some model, that of all is Laplace's approximation, so that
+// no model is above another by the kind of its evidence. @return whether of all shapes
+bool take_the_same_evidence(std::vector<ComparedModel>& models) {
+  bool all = true;
+  for (std::size_t s = 0; s < models.front().fit.shapes.size(); ++s) {
+    if (std::all_of(models.begin(), models.end(), [s](const auto& model) { return is_sampled(model.fit.shapes[s]); })) {
+      all = false;
+      continue;
+    }
+    for (ComparedModel& model : models) {
+      ShapeFit& shape = model.fit.shapes[s];
+      model.fit.log_evidence += shape.laplace - shape.log_evidence;
       shape.log_evidence = shape.laplace;
       shape.variance = 0;
     }
+  }
+  for (ComparedModel& model : models) {
+    double variance = 0;
+    for (const ShapeFit& shape : model.fit.shapes) variance += shape.variance;
+    model.fit.sampling_error = std::sqrt(variance);
     model.score = model.fit.score();
   }
-  return true;
+  return all;
 }
 
 // The evidence of Markov chains, unless these find no path for some shape.
@@ -153,15 +168,16 @@ bool with_sampled_evidence(Comparison& comparison) {
   for (ComparedModel& model : models) {
     CohortFit& fit = model.fit;
     const SampledEvidence& sampled = *fit.sampled;
-    const double before = has_few_effective(model) ? fit.laplace : fit.log_evidence;
-    const double error = std::hypot(sampled.total.standard_error, has_few_effective(model) ? 0 : fit.sampling_error);
+    const bool is_laplace = without_samples(model) > 0;
+    const double before = is_laplace ? fit.laplace : fit.log_evidence;
+    const double error = std::hypot(sampled.total.standard_error, is_laplace ? 0 : fit.sampling_error);
     if (std::abs(sampled.total.value - before) > 2 * error + kSameEvidence)
       comparison.notes.push_back(
           fmt::format("{}: log evidence {:.2f} ± {:.2f} by Markov chains, {:.2f} by {}, with which its numbers were "
                       "fitted: these may "
                       "be off",
                       model.noise, sampled.total.value, sampled.total.standard_error, before,
-                      has_few_effective(model) ? "Laplace's approximation" : "importance samples"));
+                      is_laplace ? "Laplace's approximation" : "importance samples"));
     if (!(sampled.worst_rhat <= kWorstRhat))
       comparison.notes.push_back(fmt::format(
           "{}: the chains of some shape have not converged (R-hat {}), its evidence is uncertain", model.noise,
@@ -302,12 +318,11 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
           fmt::format("{}: up to {:.0f} % of the evidence of a shape is far from its match, which the search "
                       "for the numbers left out",
                       model.noise, 100 * most_distant->distant));
-    if (has_few_effective(model) && !model.fit.sampled)
+    if (const int few = without_samples(model); few > 0 && !model.fit.sampled)
       notes.push_back(
-          fmt::format("{}: for some shape only {:.0f} % of the importance samples are effective; the evidence of every "
-                      "model is that "
-                      "of Laplace's approximation",
-                      model.noise, 100 * model.fit.effective_part));
+          fmt::format("{}: of {} of the {} shapes too few importance samples are effective (of one only {:.0f} %); the "
+                      "evidence of these is that of Laplace's approximation, in every model",
+                      model.noise, few, model.fit.shapes.size(), 100 * model.fit.effective_part));
   }
 }
 
@@ -348,7 +363,7 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
     comparison.models.push_back(std::move(model));
   }
   const bool sampled = options.sampled_evidence && with_sampled_evidence(comparison);
-  if (!sampled && with_the_same_evidence(comparison)) same.settings.importance_samples = 0;
+  if (!sampled && take_the_same_evidence(comparison.models)) same.settings.importance_samples = 0;
   rank(comparison);
   test_against_none(comparison, noises, same);
   add_notes(comparison, options);

@@ -183,7 +183,7 @@ CohortFit record(const CohortModel& cohort, Found found) {
   const int shapes = cohort.shapes();
   fit.shapes.resize(at(shapes));
   parallel_for(shapes, [&](int s) { fit.shapes[at(s)] = shape_fit(cohort, matches, s); });
-  constexpr int kAtOnce = 8;  // the rest is not drawn where these are not enough
+  constexpr int kAtOnce = 8;  // the rest is not drawn where none of these has enough
   bool enough = cohort.settings().importance_samples > 0;
   for (int first = 0; first < shapes && enough; first += kAtOnce) {
     const int some = std::min(kAtOnce, shapes - first);
@@ -191,7 +191,7 @@ CohortFit record(const CohortModel& cohort, Found found) {
     parallel_for(some, [&](int i) {
       are_enough[at(i)] = sample(cohort, matches, first + i, fit.shapes[at(first + i)]) ? 1 : 0;
     });
-    enough = std::count(are_enough.begin(), are_enough.end(), 0) == 0;
+    enough = std::count(are_enough.begin(), are_enough.end(), 1) > 0;
   }
   double of_momenta = 0, of_noise = 0;
   for (int s = 0; s < shapes; ++s) {

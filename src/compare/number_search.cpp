@@ -236,7 +236,7 @@ class Search {
       const double far = distance(metric, best->local.x - found.about.x);
       found.maximum = std::move(best);
       found.converged = found.maximum->converged;
-      if (far < kTrusted) break;
+      if (far < kTrusted && found.converged) break;
       try {
         found.about = cohort_.match(found.maximum->local.x, &found.about);
       } catch (const NumericalError&) {

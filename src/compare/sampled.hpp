@@ -44,7 +44,7 @@ struct SampledCohort {
   double log_evidence = 0;
   double variance = 0;
   std::vector<Eigen::VectorXd> log_sets;  ///< of each shape
-  bool enough = true;                     ///< whether enough draws of each shape are effective
+  bool enough = true;  ///< whether the draws of a shape vary so little that numbers can be found by them
 };
 
 /// @param chords whose linear models the draws are made with @param samples of each shape

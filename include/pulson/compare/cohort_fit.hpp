@@ -126,8 +126,8 @@ struct CohortFit {
 /// matches held fixed their values of greatest evidence are found at no further path; matches and numbers are updated
 /// in turn until they converge (M. Lindstrom and D. Bates 1990). From there, and from some levels of noise, Newton's
 /// method maximises the evidence itself: that of draws which fit perturbed data, with the same random numbers at any
-/// place (J. Bardsley et al. 2014), or Laplace's where fewer than three shapes are given or too few draws are
-/// effective.
+/// place (J. Bardsley et al. 2014), or Laplace's where fewer than three shapes are given or the draws vary too
+/// much.
 /// @param noise a specification without the parameters to be fitted, or a model, whose parameters are all kept; "none"
 /// is the geodesic
 /// @throws InputError where an option is wrong or a parameter to be fitted has no initial value

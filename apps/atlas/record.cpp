@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "atlas/facts.hpp"
 #include "core/csv_table.hpp"
 #include "core/text.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "records/record_text.hpp"
-#include "results.hpp"
 #include "shell/options.hpp"
 
 namespace pulson {
@@ -34,12 +34,13 @@ Json rows_of(const Eigen::MatrixXd& matrix) {
   return rows;
 }
 
-Json specimen_json(const AtlasResults& results, std::size_t i) {
+Json specimen_json(const SpecimenRow& row) {
+  const AtlasResults& results = *row.results;
+  const std::size_t i = row.specimen;
   const cohort::AtlasSpecimen& specimen = results.atlas.specimens[i];
-  Json json{
-      {"name", results.names[i]},       {"source", specimen.shape.source}, {"rms", specimen.rms()},
-      {"energy", specimen.cost.energy}, {"action", specimen.cost.action},  {"data", specimen.cost.data},
-      {"total", specimen.cost.total()}, {"converged", specimen.converged}, {"centroid_size", specimen.centroid_size}};
+  Json json{{"name", results.names[i]}, {"source", specimen.shape.source}};
+  for (const Fact<SpecimenRow>& fact : specimen_facts())
+    if (fact.key != "specimen") add_fact(json, fact.key, fact.value(row));
   if (!results.groups.empty()) json["group"] = results.groups[i];
   if (!results.covariate.empty() && std::isfinite(results.covariate[i]))
     json[results.covariate_name] = results.covariate[i];
@@ -98,50 +99,23 @@ bool AtlasResults::converged() const {
 
 std::string atlas_json(const AtlasResults& results) {
   const cohort::Atlas& atlas = results.atlas;
-  Json json{
-      {"kernel", atlas.kernel.spec()},
-      {"lambda", atlas.lambda},
-      {"sigma", atlas.sigma},
-      {"noise", atlas.beta > 0 ? fmt::format("ch-sd:beta={}", atlas.beta) : std::string("none")},
-      {"mode", atlas.beta > 0 ? "metamorphosis" : "deterministic"},
-      {"alignment", alignment_name(atlas.alignment)},
-      {"steps", atlas.steps},
-      {"converged", results.converged()},
-      {"iterations", atlas.iterations},
-      {"movement", atlas.movement},
-      {"shots", atlas.shots},
-      {"exp_log_error", atlas.exp_log_error()},
-      {"step_error", atlas.step_error},
-      {"template", landmarks(atlas.template_shape.points)},
-      {"specimens", Json::array()},
-      {"modes", {{"eigenvalues", number_list(results.modes.eigenvalues)}, {"scores", rows_of(results.modes.scores)}}},
-      {"procrustes",
-       {{"mean", landmarks(results.procrustes.mean)},
-        {"eigenvalues", number_list(results.procrustes.modes.eigenvalues)},
-        {"scores", rows_of(results.procrustes.modes.scores)}}}};
-  for (std::size_t i = 0; i < results.names.size(); ++i) json["specimens"].push_back(specimen_json(results, i));
+  Json json;
+  for (const Fact<AtlasResults>& fact : atlas_facts()) add_fact(json, fact.key, fact.value(results));
+  json["template"] = landmarks(atlas.template_shape.points);
+  json["specimens"] = Json::array();
+  json["modes"] = {{"eigenvalues", number_list(results.modes.eigenvalues)}, {"scores", rows_of(results.modes.scores)}};
+  json["procrustes"] = {{"mean", landmarks(results.procrustes.mean)},
+                        {"eigenvalues", number_list(results.procrustes.modes.eigenvalues)},
+                        {"scores", rows_of(results.procrustes.modes.scores)}};
+  for (const SpecimenRow& row : specimen_rows(results)) json["specimens"].push_back(specimen_json(row));
   if (results.regression) json["regression"] = regression_json(results);
   if (results.comparison) json["groups"] = groups_json(*results.comparison);
   json["notes"] = in_option_words(results.notes);
-  json["seconds"] = results.seconds;
   json["version"] = version();
   return records::record_text(json);
 }
 
-std::string specimens_csv(const AtlasResults& results) {
-  text::CsvTable table{"specimen",  "rms",           "energy",       "action", "total",
-                       "converged", "centroid_size", "momenta_norm", "data"};
-  const Eigen::MatrixXd gram = results.atlas.metric();
-  for (std::size_t i = 0; i < results.names.size(); ++i) {
-    const cohort::AtlasSpecimen& specimen = results.atlas.specimens[i];
-    const double norm = std::sqrt(specimen.momenta.cwiseProduct(specimen.momenta * gram).sum());
-    table.text(results.names[i]);
-    table.numbers(specimen.rms(), specimen.cost.energy, specimen.cost.action, specimen.cost.total(),
-                  specimen.converged ? 1 : 0, specimen.centroid_size, norm, specimen.cost.data);
-    table.end_row();
-  }
-  return std::move(table).take();
-}
+std::string specimens_csv(const AtlasResults& results) { return facts_csv(specimen_facts(), specimen_rows(results)); }
 
 std::string scores_csv(const AtlasResults& results, const Eigen::MatrixXd& scores) {
   text::CsvTable table;
@@ -160,21 +134,7 @@ std::string scores_csv(const AtlasResults& results, const Eigen::MatrixXd& score
   return std::move(table).take();
 }
 
-std::string modes_csv(const AtlasResults& results) {
-  text::CsvTable table{"mode", "eigenvalue", "fraction", "procrustes_eigenvalue", "procrustes_fraction"};
-  const Eigen::VectorXd &of_momenta = results.modes.eigenvalues, &of_shapes = results.procrustes.modes.eigenvalues;
-  const auto add = [&](const Eigen::VectorXd& values, Eigen::Index k) {
-    const double value = k < values.size() ? values[k] : text::kMissing;
-    table.numbers(value, value / values.sum());
-  };
-  for (Eigen::Index k = 0; k < std::max(of_momenta.size(), of_shapes.size()); ++k) {
-    table.number(k + 1);
-    add(of_momenta, k);
-    add(of_shapes, k);
-    table.end_row();
-  }
-  return std::move(table).take();
-}
+std::string modes_csv(const AtlasResults& results) { return facts_csv(mode_facts(), mode_rows(results)); }
 
 namespace {
 
@@ -230,13 +190,7 @@ std::string momenta_npy(const AtlasResults& results) {
 }
 
 std::string groups_csv(const cohort::GroupComparison& comparison) {
-  text::CsvTable table{"first", "second", "distance", "p_value"};
-  for (const auto& pair : comparison.pairs)
-    table.text(comparison.names[static_cast<std::size_t>(pair.first)])
-        .text(comparison.names[static_cast<std::size_t>(pair.second)])
-        .numbers(pair.distance, pair.p_value)
-        .end_row();
-  return std::move(table).take();
+  return facts_csv(groups_facts(), groups_rows(comparison));
 }
 
 // The shapes of the regression at the values shown, a landmark in each row.

@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
+#include "atlas/facts.hpp"
 #include "html/html_report.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/warp/material_flow.hpp"
 #include "register/picture.hpp"
-#include "results.hpp"
 #include "shell/options.hpp"
 #include "shell/report_parts.hpp"
 
@@ -34,32 +34,19 @@ std::string lead(const AtlasResults& results) {
 }
 
 html::ReportTable model_table(const AtlasResults& results) {
-  const cohort::Atlas& atlas = results.atlas;
-  FactTable table("setting");
-  const auto with_origin = [](const std::string& value, bool fitted) { return fitted ? value + ", fitted" : value; };
-  table.add("kernel", with_origin(atlas.kernel.spec(4), atlas.fitted_kernel));
-  table.add("lambda", with_origin(report_number(atlas.lambda), atlas.fitted_lambda));
-  table.add("sigma", with_origin(report_number(atlas.sigma), atlas.fitted_sigma));
-  if (atlas.beta > 0) table.add("noise", fmt::format("ch-sd:beta={:.4g}", atlas.beta));
-  table.add("aligned", alignment_name(atlas.alignment));
-  table.add("steps", fmt::to_string(atlas.steps));
-  table.add("converged", results.converged() ? "yes" : "no");
-  table.add("iterations", fmt::to_string(atlas.iterations));
-  table.add("last movement of the template, in diameters", atlas.movement);
-  table.add("exp(log) error, in diameters", atlas.exp_log_error());
-  table.add("error of the time steps, in diameters", atlas.step_error);
-  table.add("seconds", fmt::format("{:.2f}", results.seconds));
-  return std::move(table).table();
+  return report_facts(
+      chosen(atlas_facts(), {"kernel", "lambda", "sigma", "fitted", "noise", "alignment", "steps", "converged",
+                             "iterations", "movement", "exp_log_error", "step_error", "seconds"}),
+      results, "setting");
 }
 
 html::ReportTable specimen_table(const AtlasResults& results) {
   const cohort::Atlas& atlas = results.atlas;
-  html::ReportTable table{
-      {"specimen", "shape", "rms", "J", "energy", "centroid size"},
-      {},
-      "Template in blue, aligned shape as rings, end of the geodesic dark. Click a column heading to "
-      "sort."};
+  html::ReportTable table = report_table(
+      chosen(specimen_facts(), {"specimen", "rms", "total", "energy", "centroid_size"}), specimen_rows(results),
+      "Template in blue, aligned shape as rings, end of the geodesic dark. Click a column heading to sort.");
   const Eigen::Index scores = std::min<Eigen::Index>(3, results.modes.scores.cols());
+  table.header.insert(table.header.begin() + 1, "shape");
   for (Eigen::Index k = 0; k < scores; ++k) table.header.push_back(fmt::format("mode {}", k + 1));
   if (!results.groups.empty()) table.header.emplace_back("group");
   if (!results.covariate.empty()) table.header.push_back(results.covariate_name);
@@ -67,36 +54,24 @@ html::ReportTable specimen_table(const AtlasResults& results) {
   const bool has_sketches = results.names.size() <= kMostSketches;
   for (std::size_t i = 0; i < results.names.size(); ++i) {
     const cohort::AtlasSpecimen& specimen = atlas.specimens[i];
-    std::vector<html::ReportCell> row = {{results.names[i]}};
-    row.push_back({.text = ""});
-    if (has_sketches)
-      row.back().sketch = html::ReportSketch{atlas.template_shape, specimen.shape.points, specimen.result};
-    for (const double value : {specimen.rms(), specimen.cost.total(), specimen.cost.energy, specimen.centroid_size})
-      row.push_back({report_number(value)});
+    std::vector<html::ReportCell>& row = table.rows[i];
+    html::ReportCell shape{.text = ""};
+    if (has_sketches) shape.sketch = html::ReportSketch{atlas.template_shape, specimen.shape.points, specimen.result};
+    row.insert(row.begin() + 1, std::move(shape));
     for (Eigen::Index k = 0; k < scores; ++k)
       row.push_back({report_number(results.modes.scores(static_cast<Eigen::Index>(i), k))});
     if (!results.groups.empty()) row.push_back({results.groups[i]});
     if (!results.covariate.empty())
       row.push_back({std::isfinite(results.covariate[i]) ? report_number(results.covariate[i]) : ""});
-    table.rows.push_back(std::move(row));
   }
   return table;
 }
 
 html::ReportTable mode_table(const AtlasResults& results) {
-  html::ReportTable table{{"mode", "variance", "part", "of Procrustes coordinates", "part"}, {}, ""};
-  const auto add = [](std::vector<html::ReportCell>& row, const cohort::ShapeModes& modes, Eigen::Index k) {
-    const bool has = k < modes.eigenvalues.size();
-    row.push_back({has ? report_number(modes.eigenvalues[k]) : ""});
-    row.push_back({has ? fmt::format("{:.2f} %", 100 * modes.eigenvalues[k] / modes.total()) : ""});
-  };
-  for (Eigen::Index k = 0; k < std::min<Eigen::Index>(20, results.modes.eigenvalues.size()); ++k) {
-    std::vector<html::ReportCell> row = {{fmt::to_string(k + 1)}};
-    add(row, results.modes, k);
-    add(row, results.procrustes.modes, k);
-    table.rows.push_back(std::move(row));
-  }
-  return table;
+  constexpr std::size_t kMostModes = 20;
+  std::vector<ModeRow> rows = mode_rows(results);
+  rows.resize(std::min({rows.size(), kMostModes, static_cast<std::size_t>(results.modes.eigenvalues.size())}));
+  return report_table(mode_facts(), rows, "");
 }
 
 // The template as it moves along a path of shapes; `path_at(s)` for s from −2 to 2.
@@ -130,17 +105,6 @@ std::optional<html::ReportMotion> motion_along(const cohort::Atlas& atlas, const
   return motion;
 }
 
-html::ReportTable pair_table(const cohort::GroupComparison& found) {
-  html::ReportTable table{
-      {"first", "second", "distance", "p"}, {}, "Distances between the means, in the kernel's metric."};
-  for (const auto& pair : found.pairs)
-    table.rows.push_back({{found.names[static_cast<std::size_t>(pair.first)]},
-                          {found.names[static_cast<std::size_t>(pair.second)]},
-                          {report_number(pair.distance)},
-                          {report_number(pair.p_value)}});
-  return table;
-}
-
 }  // namespace
 
 html::HtmlReport atlas_report(const AtlasResults& results, int modes, const RunResults& files) {
@@ -164,7 +128,10 @@ html::HtmlReport atlas_report(const AtlasResults& results, int modes, const RunR
   add("The regression", "regression");
   add("Scores along the regression", "regression_scores");
   add("Means of the groups", "groups");
-  if (results.comparison) report.sections.push_back({"Groups", {pair_table(*results.comparison)}});
+  if (results.comparison)
+    report.sections.push_back({"Groups",
+                               {report_table(groups_facts(), groups_rows(*results.comparison),
+                                             "Distances between the means, in the kernel's metric.")}});
   report.sections.push_back({"Specimens", {specimen_table(results)}});
   return report;
 }

@@ -60,21 +60,6 @@ Json evidences(const compare::CohortFit& fit) {
   return all;
 }
 
-// Errors are in an object of their own.
-void add_fact(Json& json, std::string_view name, const FactValue& value) {
-  const std::string key(name);
-  if (const Estimate* known = std::get_if<Estimate>(&value)) {
-    json[key] = defined_or_null(known->value);
-    json["standard_errors"][key] = defined_or_null(known->standard_error);
-  } else if (const double* number = std::get_if<double>(&value)) {
-    json[key] = defined_or_null(*number);
-  } else if (const long* count = std::get_if<long>(&value)) {
-    json[key] = *count;
-  } else if (const bool* is_so = std::get_if<bool>(&value)) {
-    json[key] = *is_so;
-  }
-}
-
 Json model_json(const compare::Comparison& comparison, const compare::ComparedModel& model) {
   const compare::CohortSettings& settings = comparison.settings;
   const compare::CohortFit& fit = model.fit;
@@ -165,15 +150,7 @@ std::string specimens_csv(const compare::CohortShapes& shapes) {
 }
 
 std::string shapes_csv(const compare::Comparison& comparison) {
-  text::CsvTable table;
-  const std::vector<ShapeRow> rows = shape_rows(model_rows(comparison));
-  add_header(table, shape_facts(), rows.front());
-  table.end_row();
-  for (const ShapeRow& row : rows) {
-    add_facts(table, shape_facts(), row);
-    table.end_row();
-  }
-  return std::move(table).take();
+  return facts_csv(shape_facts(), shape_rows(model_rows(comparison)));
 }
 
 std::string models_csv(const compare::Comparison& comparison) {

@@ -12,6 +12,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/paths.hpp"
+#include "info/columns.hpp"
 #include "matching/defaults.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
@@ -287,14 +288,15 @@ void print_info(const std::string& what, const FileInfoOptions& options) {
     if (write_json(options.json, [] { return defaults_json(); })) print_defaults();
     return;
   }
+  if (what == "columns") return print_columns();
   if (what == "kernels") return print_table(kernel_table());
   if (what == "noises") return print_table(noise_table());
   if (what == "integrators") return print_table(integrator_table());
   if (what == "formats") return print_formats();
   if (what != "-" && kind_of(what) == PathKind::kMissing && what.find('#') == std::string::npos)
     throw InputError("info: '" + what +
-                     "' is neither a file nor one of kernels, noises, integrators, formats, defaults" +
-                     suggestion(what, {"kernels", "noises", "integrators", "formats", "defaults"}));
+                     "' is neither a file nor one of kernels, noises, integrators, formats, defaults, columns" +
+                     suggestion(what, {"kernels", "noises", "integrators", "formats", "defaults", "columns"}));
   print_file_info(what, options);
 }
 
@@ -304,7 +306,8 @@ void add_info_verb(CLI::App& program) {
   CLI::App* verb = program.add_subcommand("info", "Print the tables of kernels, noises, … or the contents of a file");
   auto what = std::make_shared<std::string>();
   auto options = std::make_shared<FileInfoOptions>();
-  reads_shape(verb->add_option("WHAT", *what, "kernels, noises, integrators, formats, defaults, or a landmark file"))
+  reads_shape(
+      verb->add_option("WHAT", *what, "kernels, noises, integrators, formats, defaults, columns, or a landmark file"))
       ->required();
   verb->add_flag("--all", options->all, "list all shapes of the file, not only the first 20");
   writes_file(verb->add_option(

@@ -93,7 +93,7 @@ std::vector<std::string> values_of(const std::string& verb, const std::string& n
     values = {"all"};
     for (const Experiment& experiment : experiments()) values.push_back(experiment.name);
   }
-  if (name == "WHAT") values = {"kernels", "noises", "integrators", "formats", "defaults"};
+  if (name == "WHAT") values = {"kernels", "noises", "integrators", "formats", "defaults", "columns"};
   if (name == "SHELL") values = {kShell};
   return values.empty() ? known_values(name) : values;
 }

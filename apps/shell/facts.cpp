@@ -3,6 +3,10 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "pulson/core/name_table.hpp"
+#include "records/record_text.hpp"
 
 namespace pulson {
 namespace {
@@ -30,7 +34,8 @@ std::string fact_text(const FactValue& value, const char* format, double times) 
   }
   if (const long* count = std::get_if<long>(&value)) return std::to_string(*count);
   if (const bool* is_so = std::get_if<bool>(&value)) return *is_so ? "yes" : "no";
-  return std::get<std::string>(value);
+  const auto& text = std::get<std::string>(value);
+  return std::string_view(format).empty() ? text : shortened_spec(text);
 }
 
 void add_fact(text::CsvTable& table, const FactValue& value) {
@@ -40,6 +45,18 @@ void add_fact(text::CsvTable& table, const FactValue& value) {
   if (const long* count = std::get_if<long>(&value)) table.number(*count);
   if (const bool* is_so = std::get_if<bool>(&value)) table.number(*is_so ? 1 : 0);
   if (const std::string* text = std::get_if<std::string>(&value)) table.text(*text);
+}
+
+void add_fact(formats::Json& json, std::string_view key, const FactValue& value) {
+  formats::Json& place = json[std::string(key)];
+  if (const double* number = std::get_if<double>(&value)) place = records::defined_or_null(*number);
+  if (const long* count = std::get_if<long>(&value)) place = *count;
+  if (const bool* is_so = std::get_if<bool>(&value)) place = *is_so;
+  if (const std::string* text = std::get_if<std::string>(&value)) place = *text;
+  if (const Estimate* estimate = std::get_if<Estimate>(&value)) {
+    place = records::defined_or_null(estimate->value);
+    json["standard_errors"][std::string(key)] = records::defined_or_null(estimate->standard_error);
+  }
 }
 
 }  // namespace pulson

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/csv_table.hpp"
+#include "formats/json/json_reader.hpp"
 #include "html/html_report.hpp"
 #include "pulson/core/estimate.hpp"
 
@@ -26,7 +27,7 @@ struct Fact {
   std::string_view key;          ///< of the csv and the JSON; of a standard error KEY_error
   std::string_view heading;      ///< of the summary and the page
   std::string_view description;  ///< with its unit
-  const char* format;            ///< of the number where it is read
+  const char* format;            ///< of a number where it is read; of a specification any: its numbers are shortened
   std::function<FactValue(const Row&)> value;
   double times = 1;  ///< where it is read: 100 for per cent
 };
@@ -40,6 +41,8 @@ bool is_missing(const FactValue& value);
 
 /// A cell, of an estimate two.
 void add_fact(text::CsvTable& table, const FactValue& value);
+/// Under its key, null where there is no number; errors are in the object `standard_errors`.
+void add_fact(formats::Json& json, std::string_view key, const FactValue& value);
 
 template <class Row>
 const Fact<Row>& fact_of(const Facts<Row>& facts, std::string_view key) {
@@ -69,6 +72,22 @@ void add_facts(text::CsvTable& table, const Facts<Row>& facts, const Row& row) {
   for (const Fact<Row>& fact : facts) add_fact(table, fact.value(row));
 }
 
+/// A header and the rows. @param rows at least one, or facts that are no estimates
+template <class Row>
+std::string facts_csv(const Facts<Row>& facts, const std::vector<Row>& rows) {
+  text::CsvTable table;
+  if (rows.empty())
+    for (const Fact<Row>& fact : facts) table.word(fact.key);
+  else
+    add_header(table, facts, rows.front());
+  table.end_row();
+  for (const Row& row : rows) {
+    add_facts(table, facts, row);
+    table.end_row();
+  }
+  return std::move(table).take();
+}
+
 /// Headings, then the cells of each row.
 template <class Row>
 std::vector<std::vector<std::string>> text_table(const Facts<Row>& facts, const std::vector<Row>& rows) {
@@ -92,6 +111,18 @@ html::ReportTable report_table(const Facts<Row>& facts, const std::vector<Row>& 
     table.header.emplace_back(fact.heading);
     for (std::size_t i = 0; i < rows.size(); ++i)
       table.rows[i].push_back({is_missing(values[i]) ? std::string() : fact_text(values[i], fact.format, fact.times)});
+  }
+  return table;
+}
+
+/// The facts of one row, a line each.
+template <class Row>
+html::ReportTable report_facts(const Facts<Row>& facts, const Row& row, std::string heading) {
+  html::ReportTable table{{std::move(heading), "value"}, {}, "", true};
+  for (const Fact<Row>& fact : facts) {
+    const FactValue value = fact.value(row);
+    if (!is_missing(value))
+      table.rows.push_back({{std::string(fact.heading)}, {fact_text(value, fact.format, fact.times)}});
   }
   return table;
 }

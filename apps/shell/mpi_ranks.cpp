@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <numeric>
 #include <vector>
 
@@ -82,15 +83,29 @@ int size() { return all_ranks; }
 bool are_of_mpirun() { return std::getenv("OMPI_COMM_WORLD_SIZE") != nullptr; }
 int default_threads() { return own_threads; }
 
+namespace {
+
+/// What MPI reads and writes while ranks gather. Where one leaves before all have come, MPI still does so until it is
+/// finalised: the buffers stay.
+struct Gathered {
+  std::string own{};
+  int size = 0;
+  std::vector<int> sizes{}, places{};
+  std::string bytes{};
+  MPI_Request request = MPI_REQUEST_NULL;
+};
+
+}  // namespace
+
 std::string gather(std::string_view own) {
   if (all_ranks == 1) return std::string(own);
-  const int size = static_cast<int>(own.size());
-  std::vector<int> sizes(static_cast<std::size_t>(all_ranks));
-  MPI_Request request = MPI_REQUEST_NULL;
+  static std::vector<std::unique_ptr<Gathered>> left;
+  auto here = std::make_unique<Gathered>(
+      Gathered{std::string(own), static_cast<int>(own.size()), std::vector<int>(static_cast<std::size_t>(all_ranks))});
   Pause pause;
   Patience patience;
   const auto wait = [&] {
-    for (int done = 0; MPI_Test(&request, &done, MPI_STATUS_IGNORE) == MPI_SUCCESS && done == 0; pause.wait()) {
+    for (int done = 0; MPI_Test(&here->request, &done, MPI_STATUS_IGNORE) == MPI_SUCCESS && done == 0; pause.wait()) {
       if (patience.is_over()) throw Interrupted();
       const std::optional<Message> message = receive(MPI_ANY_SOURCE, kGoodbye);
       if (!message) continue;
@@ -103,14 +118,20 @@ std::string gather(std::string_view own) {
     }
     pause.reset();
   };
-  MPI_Iallgather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, all, &request);
-  wait();
-  std::vector<int> places(sizes.size());
-  std::exclusive_scan(sizes.begin(), sizes.end(), places.begin(), 0);
-  std::string bytes(static_cast<std::size_t>(places.back() + sizes.back()), '\0');
-  MPI_Iallgatherv(own.data(), size, MPI_BYTE, bytes.data(), sizes.data(), places.data(), MPI_BYTE, all, &request);
-  wait();
-  return bytes;
+  try {
+    MPI_Iallgather(&here->size, 1, MPI_INT, here->sizes.data(), 1, MPI_INT, all, &here->request);
+    wait();
+    here->places.resize(here->sizes.size());
+    std::exclusive_scan(here->sizes.begin(), here->sizes.end(), here->places.begin(), 0);
+    here->bytes.resize(static_cast<std::size_t>(here->places.back() + here->sizes.back()));
+    MPI_Iallgatherv(here->own.data(), here->size, MPI_BYTE, here->bytes.data(), here->sizes.data(), here->places.data(),
+                    MPI_BYTE, all, &here->request);
+    wait();
+  } catch (...) {
+    left.push_back(std::move(here));
+    throw;
+  }
+  return std::move(here->bytes);
 }
 
 namespace {

@@ -127,7 +127,7 @@ TEST_F(RanksProgram, RefuseWhatIsWrongOnce) {
         {"info kernels", "'info' is for one process, and there are 3 ranks"}}) {
     SCOPED_TRACE(line);
     const ProgramRun refused = run_ranks(3, line);
-    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_EQ(refused.exit_code, 2) << refused.err;
     EXPECT_EQ(refused.out, "");
     EXPECT_EQ(lines_that_begin(refused.err, "pulson: "), 1U) << refused.err;
     EXPECT_THAT(refused.err, Not(HasSubstr("MPI_ABORT")));  // the others go home without

@@ -5,6 +5,7 @@
 
 #include "atlas/facts.hpp"
 #include "compare/facts.hpp"
+#include "register/facts.hpp"
 #include "shell/printing.hpp"
 
 namespace pulson {
@@ -21,6 +22,7 @@ void print_facts(std::string_view files, const Facts<Row>& facts) {
 }  // namespace
 
 void print_columns() {
+  print_facts("register of a cohort: cohort.csv, \"specimens\" of cohort.json", match_facts());
   print_facts("atlas: atlas.json", atlas_facts());
   print_facts("atlas: specimens.csv, \"specimens\" of atlas.json", specimen_facts());
   print_facts("atlas: modes.csv", mode_facts());

@@ -5,11 +5,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "cohort.hpp"
 #include "core/csv_table.hpp"
 #include "picture.hpp"
 #include "pulson/core/version.hpp"
 #include "records/record_text.hpp"
+#include "register/facts.hpp"
 #include "shell/report_parts.hpp"
 
 namespace pulson {
@@ -28,15 +28,8 @@ Json specimen_json(const SpecimenMatch& specimen) {
   }
   const matching::Registration& registration = *specimen.registration;
   json["record"] = specimen.folder + "/registration.json";
-  json["rms"] = registration.rms();
-  json["initial_rms"] = registration.initial_rms();
-  json["energy"] = registration.cost.energy;
-  json["action"] = registration.cost.action;
-  json["data"] = registration.cost.data;
-  json["total"] = registration.cost.total();
-  json["momenta_norm"] = specimen.momenta_norm();
-  json["converged"] = registration.converged;
-  json["matched"] = registration.matched();
+  for (const Fact<SpecimenMatch>& fact : match_facts())
+    if (fact.key != "specimen" && fact.key != "centroid_size") add_fact(json, fact.key, fact.value(specimen));
   json["kernel"] = registration.kernel;
   json["lambda"] = registration.lambda;
   json["sigma"] = registration.sigma;
@@ -61,21 +54,15 @@ double SpecimenMatch::momenta_norm() const {
 }
 
 std::string cohort_csv(const CohortMatches& cohort) {
-  text::CsvTable table{"specimen",     "rms",  "energy",      "action",  "total", "converged", "centroid_size",
-                       "momenta_norm", "data", "initial_rms", "matched", "error", "folder"};
-  const double none = std::nan("");
+  text::CsvTable table;
+  add_header(table, match_facts(), cohort.specimens.front());
+  table.words({"error", "folder"}).end_row();
   for (const SpecimenMatch& specimen : cohort.specimens) {
-    table.text(specimen.name);
-    if (const auto& registration = specimen.registration) {
-      const matching::MatchingCost& cost = registration->cost;
-      table.numbers(registration->rms(), cost.energy, cost.action, cost.total(), registration->converged ? 1 : 0,
-                    specimen.centroid_size, specimen.momenta_norm(), cost.data, registration->initial_rms(),
-                    registration->matched() ? 1 : 0);
+    add_facts(table, match_facts(), specimen);
+    if (specimen.registration)
       table.empty().text(specimen.folder).end_row();
-    } else {
-      table.numbers(none, none, none, none, 0, specimen.centroid_size, none, none, none, 0);
+    else
       table.text(specimen.error).missing().end_row();
-    }
   }
   return std::move(table).take();
 }
@@ -98,27 +85,25 @@ html::ReportTable specimen_table(const CohortMatches& cohort) {
   const bool has_noise = std::any_of(
       cohort.specimens.begin(), cohort.specimens.end(),
       [](const SpecimenMatch& specimen) { return specimen.registration && specimen.registration->noise != "none"; });
-  html::ReportTable table{
-      {"specimen", "shape", "rms", "rms before", "J", "energy", "momenta norm", "centroid size", "converged"},
-      {},
-      "Source in blue, target as rings, result dark. The norm of the momenta is the length of the "
-      "geodesic, in length units. Click a column heading to sort."};
-  if (has_noise) table.header.emplace_back("action");
-  for (const SpecimenMatch& specimen : cohort.specimens) {
-    std::vector<html::ReportCell> row = {{specimen.name}};
+  Facts<SpecimenMatch> facts =
+      chosen(match_facts(), {"specimen", "rms", "initial_rms", "total", "energy", "momenta_norm", "centroid_size"});
+  if (has_noise) facts.push_back(fact_of(match_facts(), "action"));
+  html::ReportTable table =
+      report_table(facts, cohort.specimens,
+                   "Source in blue, target as rings, result dark. The norm of the momenta is the length of the "
+                   "geodesic, in length units. Click a column heading to sort.");
+  table.header.insert(table.header.begin() + 1, "shape");
+  table.header.emplace_back("converged");
+  for (std::size_t s = 0; s < cohort.specimens.size(); ++s) {
+    const SpecimenMatch& specimen = cohort.specimens[s];
+    std::vector<html::ReportCell>& row = table.rows[s];
+    html::ReportCell shape{.text = ""}, state{.text = "failed: " + specimen.error, .outlier = true};
     if (const auto& registration = specimen.registration) {
-      row.push_back({.text = "", .sketch = sketch(*registration)});
-      for (const double value : {registration->rms(), registration->initial_rms(), registration->cost.total(),
-                                 registration->cost.energy, specimen.momenta_norm(), specimen.centroid_size})
-        row.push_back({report_number(value)});
-      row.push_back({registration->converged ? (registration->matched() ? "yes" : "yes, not matched") : "no"});
-    } else {
-      row.insert(row.end(), 6, {""});
-      row.push_back({report_number(specimen.centroid_size)});
-      row.push_back({.text = "failed: " + specimen.error, .outlier = true});
+      shape.sketch = sketch(*registration);
+      state = {registration->converged ? (registration->matched() ? "yes" : "yes, not matched") : "no"};
     }
-    if (has_noise) row.push_back({specimen.registration ? report_number(specimen.registration->cost.action) : ""});
-    table.rows.push_back(std::move(row));
+    row.insert(row.begin() + 1, std::move(shape));
+    row.push_back(std::move(state));
   }
   return table;
 }

@@ -73,9 +73,11 @@ Json model_json(const compare::Comparison& comparison, const compare::ComparedMo
             {"fitted", fitted_json(fit.fitted)},
             {"p_value_cohorts", model.bootstrapped}};
   const ModelRow row{&comparison, &model};
+  Json facts;
   for (const Fact<ModelRow>& fact : model_facts())
     if (fact.key != "noise" && fact.key != "fitted" && !fact.key.starts_with("coverage") && fact.key != "energy_score")
-      add_fact(json, fact.key, fact.value(row));
+      add_fact(facts, fact.key, fact.value(row));
+  json.update(defined_or_null(std::move(facts)));
   json["difference"] = estimate(model.difference);
   json["log_evidences"] = defined_or_null(evidences(fit));
   json["importance_sampling"] = {{"standard_error", defined_or_null(fit.sampling_error)}};

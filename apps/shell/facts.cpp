@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "pulson/core/name_table.hpp"
-#include "records/record_text.hpp"
 
 namespace pulson {
 namespace {
@@ -49,13 +48,13 @@ void add_fact(text::CsvTable& table, const FactValue& value) {
 
 void add_fact(formats::Json& json, std::string_view key, const FactValue& value) {
   formats::Json& place = json[std::string(key)];
-  if (const double* number = std::get_if<double>(&value)) place = records::defined_or_null(*number);
+  if (const double* number = std::get_if<double>(&value)) place = *number;
   if (const long* count = std::get_if<long>(&value)) place = *count;
   if (const bool* is_so = std::get_if<bool>(&value)) place = *is_so;
   if (const std::string* text = std::get_if<std::string>(&value)) place = *text;
   if (const Estimate* estimate = std::get_if<Estimate>(&value)) {
-    place = records::defined_or_null(estimate->value);
-    json["standard_errors"][std::string(key)] = records::defined_or_null(estimate->standard_error);
+    place = estimate->value;
+    json["standard_errors"][std::string(key)] = estimate->standard_error;
   }
 }
 

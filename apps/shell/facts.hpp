@@ -41,7 +41,8 @@ bool is_missing(const FactValue& value);
 
 /// A cell, of an estimate two.
 void add_fact(text::CsvTable& table, const FactValue& value);
-/// Under its key, null where there is no number; errors are in the object `standard_errors`.
+/// Under its key; errors are in the object `standard_errors`. Numbers that may be missing are for the caller to make
+/// null, see records::defined_or_null(): records refuse others.
 void add_fact(formats::Json& json, std::string_view key, const FactValue& value);
 
 template <class Row>

@@ -118,9 +118,7 @@ Prediction cross_validated(const CohortShapes& shapes, const NoiseChoice& noise,
   return summary(std::move(predictions));
 }
 
-bool is_sampled(const ShapeFit& shape) {
-  return shape.samples > 0 && shape.effective_samples >= kFewEffective * shape.samples;
-}
+bool is_sampled(const ShapeFit& shape) { return are_enough(shape.effective_samples, shape.samples); }
 
 int without_samples(const ComparedModel& model) {
   const auto& shapes = model.fit.shapes;

@@ -164,7 +164,7 @@ bool sample(const CohortModel& cohort, const Matches& matches, int shape, ShapeF
   fit.samples = sampled.samples;
   fit.effective_samples = sampled.effective_samples;
   fit.lost_samples = sampled.lost;
-  return sampled.is_enough();
+  return are_enough(sampled.effective_samples, sampled.samples);
 }
 
 CohortFit record(const CohortModel& cohort, Found found) {

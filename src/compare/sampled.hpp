@@ -11,6 +11,10 @@ namespace pulson::compare {
 /// error of about half a nat.
 inline constexpr double kFewEffective = 0.1;
 
+inline bool are_enough(double effective_samples, int samples) {
+  return samples > 0 && effective_samples >= kFewEffective * samples;
+}
+
 /// The evidence of one shape by importance sampling, see sample_shape().
 struct ImportanceEstimate {
   double log_evidence = 0;  ///< of the mean weight, and half of its variance, which the logarithm takes off
@@ -19,8 +23,6 @@ struct ImportanceEstimate {
   double effective_samples = 0;  ///< (Σw)²/Σw²
   int lost = 0;                  ///< draws without a path, of weight 0
   Eigen::VectorXd log_sets;      ///< log of the mean weight of each set of draws that differ in signs alone
-
-  bool is_enough() const { return effective_samples >= kFewEffective * samples; }
 };
 
 /// What the iterations of a shape's draws ended at, with which they begin for other numbers: v, a column each, NaN

@@ -10,6 +10,8 @@
 
 #include "cohort_examples.hpp"
 #include "error_of.hpp"
+#include "open_noise.hpp"
+#include "sampled.hpp"
 
 namespace pulson::compare {
 namespace {
@@ -134,6 +136,30 @@ TEST(CompareModels, ANoiseThatMadeTheShapesHasASmallProbabilityByChance) {
   EXPECT_DOUBLE_EQ(comparison.models[1].p_value, 0.2);  // more than in any of the four without noise
   options.bootstrap = 0;
   EXPECT_LT(compare_models(shapes, {"none", "ch-sd"}, options).models[1].p_value, 1e-3);
+}
+
+// The error of the cohort's evidence grows with the number of shapes, and what draws gain at a maximum does not.
+TEST(SampleCohort, WhetherDrawsAreEnoughDoesNotDependOnTheNumberOfShapes) {
+  const Landmarks source = oval(6);
+  for (const auto& [noise, enough] : {std::pair{"ch-sd:beta=0.05", true}, std::pair{"ch-sd:beta=0.15", false}}) {
+    CohortSettings settings = cohort_settings();
+    settings.kernel = "gaussian:alpha=1";
+    settings.importance_samples = 16;
+    settings.lambda = 3;
+    Cohort few = drawn_cohort(source, noise, 3, settings, 4, 5), many = few;
+    for (int copy = 1; copy < 20; ++copy)
+      many.targets.insert(many.targets.end(), few.targets.begin(), few.targets.end());
+    for (const Cohort& shapes : {few, many}) {
+      const CohortModel model(shapes, make_open_noise(noise, source), settings);
+      const Matches matches = model.match(model.start(), nullptr, CohortModel::Effort::kThorough);
+      std::vector<DrawStarts> starts;
+      const SampledCohort sampled = sample_cohort(model, matches.x, matches, 16, starts);
+      EXPECT_EQ(sampled.enough, enough) << shapes.targets.size() << " shapes, variance " << sampled.variance;
+      if (enough && shapes.targets.size() > 4) {
+        EXPECT_GT(std::sqrt(sampled.variance), 1) << "nats, so that a bound on it would refuse them";
+      }
+    }
+  }
 }
 
 // Large displacements of landmarks that are known exactly: too few draws are effective of some shapes.

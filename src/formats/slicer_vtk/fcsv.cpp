@@ -48,12 +48,23 @@ std::vector<std::string> split_fields(const std::string& path, const text::TextL
   return fields;
 }
 
+/// How often a character stands outside quotes.
+std::ptrdiff_t count_unquoted(std::string_view line, char wanted) {
+  bool in_quote = false;
+  std::ptrdiff_t count = 0;
+  for (const char c : line) {
+    if (c == '"') in_quote = !in_quote;
+    if (c == wanted && !in_quote) ++count;
+  }
+  return count;
+}
+
 /// What is between the columns: commas or, in copies of spreadsheets, semicolons or tabs.
 char find_fcsv_delimiter(const std::vector<text::TextLine>& lines) {
   for (const text::TextLine& line : lines) {
     if (is_fcsv_comment(line.text) || text::trim(line.text).empty()) continue;
     for (const char delimiter : {';', '\t'})
-      if (std::count(line.text.begin(), line.text.end(), delimiter) >= 3) return delimiter;
+      if (count_unquoted(line.text, delimiter) >= 3) return delimiter;
     return ',';
   }
   return ',';
@@ -194,7 +205,7 @@ class FcsvReader {
 };
 
 std::string quoted_where_needed(const std::string& label) {
-  return label.find_first_of(",\"") == std::string::npos ? label : text::csv_quoted(label);
+  return label.find_first_of(",;\t\"") == std::string::npos ? label : text::csv_quoted(label);
 }
 
 bool sniff_fcsv(std::string_view text) {

@@ -1,7 +1,6 @@
 #include "audit_warnings.hpp"
 
 #include <algorithm>
-#include <optional>
 
 #include <fmt/core.h>
 
@@ -12,11 +11,12 @@
 namespace pulson {
 
 std::string pair_warning(const Landmarks& reference, const Landmarks& shape, std::vector<std::string>& notes) {
-  const std::optional<audit::Finding> found = audit::audit_pair(reference, shape);
-  if (!found || found->problem == audit::Problem::kMirrored) return {};
-  if (found->problem == audit::Problem::kReversed)
+  const std::vector<audit::Finding> findings = audit::audit_pair(reference, shape).findings;
+  if (findings.empty() || findings.front().problem == audit::Problem::kMirrored) return {};
+  const audit::Finding& found = findings.front();
+  if (found.problem == audit::Problem::kReversed)
     std::erase_if(notes, [](const std::string& note) { return note.starts_with("the shapes look mirrored"); });
-  return fmt::format("{}: {}", shape.source, describe(*found, shape));
+  return fmt::format("{}: {}", shape.source, describe(found, shape));
 }
 
 void warn_of_cohort(std::vector<Landmarks> shapes) {
@@ -24,7 +24,7 @@ void warn_of_cohort(std::vector<Landmarks> shapes) {
   constexpr std::size_t kMost = 10;
   const int count = shapes.front().count();
   std::erase_if(shapes, [count](const Landmarks& shape) { return shape.count() != count; });
-  const std::vector<audit::Finding> found = audit::audit_cohort(shapes);
+  const std::vector<audit::Finding> found = audit::audit_cohort(shapes).findings;
   for (std::size_t i = 0; i < std::min(found.size(), kMost); ++i) {
     const Landmarks& shape = shapes[static_cast<std::size_t>(found[i].specimen)];
     print_warning(

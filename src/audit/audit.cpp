@@ -1,6 +1,7 @@
 #include "audit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <numeric>
@@ -94,7 +95,9 @@ class Hypotheses {
   /// @param count how many hypotheses of this kind there are
   void consider(Finding finding, const Points& corrected, double count) {
     const double likelihood = law_.log_likelihood(robustly_aligned(corrected, law_.reference()));
-    finding.log_odds = likelihood - none_ - std::log(kShapesPerError * count);
+    finding.log_ratio = likelihood - none_;
+    finding.log_odds = finding.log_ratio - std::log(kShapesPerError * count);
+    finding.corrected = corrected;
     finding.before = apart_;
     finding.after = rms_apart(law_.reference(), corrected);
     if (finding.after < kCloser * finding.before && finding.log_odds > best_.log_odds) best_ = finding;
@@ -155,8 +158,9 @@ bool may_be_judged(const Points& reference, const Points& shape) {
 bool may_be_reordered(const Landmarks& shape) { return landmarks_by_group(shape).size() == 1; }
 
 // @param observed the landmarks of the complete shapes among all
-std::optional<Finding> judged(const DisplacementLaw& law, const Points& shape, const std::vector<int>& observed,
+std::optional<Finding> judged(const DisplacementLaw& law, const Points& complete, const std::vector<int>& observed,
                               bool are_in_order) {
+  const Points shape = complete(Eigen::all, observed);
   Hypotheses hypotheses(law, shape);
   hypotheses.consider_exchange();
   hypotheses.consider_mirror();
@@ -165,8 +169,13 @@ std::optional<Finding> judged(const DisplacementLaw& law, const Points& shape, c
     hypotheses.consider_order(false);
   }
   std::optional<Finding> found = hypotheses.best();
-  if (found)
-    for (int& landmark : found->landmarks) landmark = observed[static_cast<std::size_t>(landmark)];
+  if (!found) return found;
+  for (int& landmark : found->landmarks) landmark = observed[static_cast<std::size_t>(landmark)];
+  if (found->corrected.size() > 0) {
+    Points all = complete;
+    all(Eigen::all, observed) = found->corrected;
+    found->corrected = std::move(all);
+  }
   return found;
 }
 
@@ -219,21 +228,24 @@ std::string without(const Finding& finding) {
 
 }  // namespace
 
-std::optional<Finding> audit_pair(const Landmarks& reference, const Landmarks& shape) {
+Audit audit_pair(const Landmarks& reference, const Landmarks& shape) {
   const std::vector<int> observed = observed_in_both(reference.points, shape.points);
   const Points x = reference.points(Eigen::all, observed), t = shape.points(Eigen::all, observed);
   std::optional<Finding> found;
   if (may_be_judged(x, t)) {
     const bool are_all = std::ssize(observed) == shape.count();
-    found = judged(DisplacementLaw(x), t, observed, are_all && may_be_reordered(shape));
+    found = judged(DisplacementLaw(x), shape.points, observed, are_all && may_be_reordered(shape));
   }
-  return found ? found : other_unit(x, t);
+  if (!found) found = other_unit(x, t);
+  Audit audit{.findings = {}, .reference = reference.points};
+  if (found) audit.findings.push_back(*found);
+  return audit;
 }
 
-std::vector<Finding> audit_cohort(const std::vector<Landmarks>& shapes) {
-  if (shapes.size() < kFewestShapes) return {};
+Audit audit_cohort(const std::vector<Landmarks>& shapes) {
+  if (shapes.size() < kFewestShapes) return {.findings = {}, .reference = {}};
   std::vector<Finding> found = other_units(shapes);
-  if (shapes.front().dimension() < 2) return found;
+  if (shapes.front().dimension() < 2) return {.findings = std::move(found), .reference = {}};
   const Points mean = robust_mean(shapes);
   std::unique_ptr<const DisplacementLaw> of_all;
   for (std::size_t i = 0; i < shapes.size(); ++i) {
@@ -242,14 +254,20 @@ std::vector<Finding> audit_cohort(const std::vector<Landmarks>& shapes) {
     if (!may_be_judged(x, t)) continue;
     const bool are_all = x.cols() == mean.cols();
     if (are_all && !of_all) of_all = std::make_unique<DisplacementLaw>(mean);
-    std::optional<Finding> finding = are_all ? judged(*of_all, t, observed, may_be_reordered(shapes[i]))
-                                             : judged(DisplacementLaw(x), t, observed, false);
+    std::optional<Finding> finding = are_all ? judged(*of_all, shapes[i].points, observed, may_be_reordered(shapes[i]))
+                                             : judged(DisplacementLaw(x), shapes[i].points, observed, false);
     if (!finding) continue;
     finding->specimen = static_cast<int>(i);
     found.push_back(*finding);
   }
   std::sort(found.begin(), found.end(), [](const Finding& a, const Finding& b) { return a.specimen < b.specimen; });
-  return found;
+  return {.findings = std::move(found), .reference = mean};
+}
+
+std::string_view problem_name(Problem problem) {
+  constexpr std::array<std::string_view, 11> kNames = {"exchanged",   "moved", "reversed", "shifted",   "mirrored", "zero",
+                                                       "undigitised", "unit",  "axes",     "unordered", "foreign"};
+  return kNames.at(static_cast<std::size_t>(problem));
 }
 
 std::string describe(const Finding& finding, const Landmarks& shape) {
@@ -271,6 +289,18 @@ std::string describe(const Finding& finding, const Landmarks& shape) {
           "its landmarks have nothing in common with those of the same number (rms distance {:.3g} after alignment): "
           "is there a correspondence?",
           finding.before);
+    case Problem::kMoved:
+      return fmt::format("landmark {} looks misplaced{}{} {}", landmark(0), finding.slip.empty() ? "" : ": ",
+                         finding.slip, without(finding));
+    case Problem::kZero:
+      return fmt::format("{} is at a place that stands for a missing one", landmark(0));
+    case Problem::kUndigitised:
+      return "all of its landmarks are at one place: it was not digitised";
+    case Problem::kAxes:
+      return fmt::format("its axes look exchanged {}", without(finding));
+    case Problem::kForeign:
+      return fmt::format("it has nothing in common with the others (rms distance {:.3g}): does it belong to them?",
+                         finding.before);
   }
   return {};
 }

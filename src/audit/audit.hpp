@@ -1,10 +1,10 @@
 #pragma once
 
-// What is wrong with landmarks, judged by whether their displacement from other shapes would be more probable without
-// it: a start, for one error in a shape.
+// What is wrong with landmarks: hypotheses about shapes, each judged by how much more probable the shape would be
+// without it.
 
-#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "pulson/core/landmarks.hpp"
@@ -12,33 +12,50 @@
 namespace pulson::audit {
 
 enum class Problem : unsigned char {
-  kExchanged,  ///< two landmarks have each other's names
-  kReversed,   ///< the landmarks of an outline run the other way round, perhaps from another one on
-  kShifted,    ///< the landmarks of an outline begin at another one
-  kMirrored,   ///< the shape is a mirror image
-  kUnit,       ///< the coordinates are in another unit of length than those of the other shapes
-  kUnordered   ///< positions have nothing in common with those of the same number
+  kExchanged,    ///< two landmarks have each other's names
+  kMoved,        ///< a landmark is not where it belongs
+  kReversed,     ///< a run of landmarks, or all of an outline, is the other way round
+  kShifted,      ///< the landmarks of an outline begin at another one
+  kMirrored,     ///< the shape is a mirror image
+  kZero,         ///< landmarks are at the origin, or another place that stands for a missing one
+  kUndigitised,  ///< all landmarks are at such a place
+  kUnit,         ///< the coordinates are in another unit of length than those of the other shapes
+  kAxes,         ///< axes are in another order
+  kUnordered,    ///< positions have nothing in common with those of the same number, but as a set
+  kForeign       ///< the shape has nothing in common with the others
 };
+
+/// `exchanged`, `moved`, …, as in audit.json.
+std::string_view problem_name(Problem problem);
 
 /// One thing that is probably wrong with one shape.
 struct Finding {
   Problem problem = Problem::kExchanged;
   int specimen = 0;              ///< its place in the cohort, from 0
-  std::vector<int> landmarks{};  ///< those exchanged, or the one that the first of the others corresponds to; from 0
-  double log_odds = 0;           ///< of this against none, natural logarithm; 0 where it is no hypothesis of the model
+  std::vector<int> landmarks{};  ///< those concerned; of an outline that begins elsewhere the one it begins at; from 0
+  double log_ratio = 0;          ///< likelihood of the shape with this mended over that without, natural logarithm
+  double log_odds = 0;           ///< of this against nothing more being wrong; infinite where it needs no model
   double before = 0, after = 0;  ///< root mean square distance after a similarity, length units of the shape
   double factor = 1;             ///< of kUnit: the size over that of most others
+  std::string slip{};            ///< of kMoved: what was probably typed, "x is 10 times too large"; else empty
+  Points corrected{};            ///< the shape without it, d×N, NaN where unknown; empty where nothing mends it
 };
 
-/// What is wrong with `shape`, the landmarks of which are to correspond with those of `reference` in their order; of
-/// several hypotheses the most probable one. None in one dimension, where order changes are no errors, for fewer than 8
-/// or more than 300 landmarks in both, or where nothing is found; but that one is 20 times as large as the other is
-/// said of any. Costs O(N³).
-std::optional<Finding> audit_pair(const Landmarks& reference, const Landmarks& shape);
+struct Audit {
+  /// By specimen; several of one are in the order in which they are mended: `corrected` has those before it, too.
+  std::vector<Finding> findings;
+  Points reference;              ///< d×N, what shapes are judged by; empty where they were too few or too small
+  double shapes_per_error = 50;  ///< prior: one shape in so many has an error, all kinds and places alike
+};
 
-/// The same of each shape of a cohort against a robust mean of all, and whether its size is in another unit. None for
-/// fewer than 5 shapes.
-std::vector<Finding> audit_cohort(const std::vector<Landmarks>& shapes);
+/// What is wrong with `shape`, the landmarks of which are to correspond with those of `reference` in their order. Only
+/// sizes and missing codes are judged in one dimension, where order changes are no errors, and for fewer than 8 or more
+/// than 300 landmarks in both. Costs O(N³).
+Audit audit_pair(const Landmarks& reference, const Landmarks& shape);
+
+/// The same of each shape of a cohort, by a law of the others.
+/// @param shapes of N landmarks each; only sizes and missing codes are judged where there are fewer than 5
+Audit audit_cohort(const std::vector<Landmarks>& shapes);
 
 /// "landmarks 2 and 8 look exchanged (odds 10^9; rms distance 71.1, 14.1 without)"
 std::string describe(const Finding& finding, const Landmarks& shape);

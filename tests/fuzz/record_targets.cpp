@@ -80,7 +80,7 @@ bool ensemble_checkpoints(std::string_view input) {
   if (!resumed) return true;
   while (!ensemble.done()) ensemble.advance(1);
   run.sums = ensemble.sums();
-  attempt([&] { return ensemble_json(run); });  // sums that a file claims may overflow
+  attempt<Error>([&] { return ensemble_json(run); });  // sums that a file claims may overflow
   ensemble_means_csv(run);
   ensemble_densities_csv(run);
   const auto part = attempt([&] { return records::read_ensemble_part(bytes, "f"); });

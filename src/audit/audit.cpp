@@ -3,306 +3,250 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <numeric>
+#include <optional>
 
-#include <fmt/format.h>
-
+#include "cohort_law.hpp"
 #include "core/landmark_pairs.hpp"
-#include "displacement_law.hpp"
+#include "pulson/core/parallel.hpp"
+#include "hypotheses.hpp"
 #include "pulson/core/alignment.hpp"
+#include "robust_alignment.hpp"
 
 namespace pulson::audit {
 namespace {
 
-using Eigen::ArrayXd;
-using Eigen::Index;
-using Eigen::VectorXd;
-
-constexpr int kFewestLandmarks = 8;  // fewer do not show a common law
+constexpr int kFewestLandmarks = 8;  // of a pair: fewer do not show a common law
+constexpr int kFewestInCohort = 4;
 constexpr int kMostLandmarks = 300;  // costs a second
 constexpr std::size_t kFewestShapes = 5;
-// One shape in so many has an error, all kinds and places alike.
 constexpr double kShapesPerError = 50;
-// Odds from which an error is reported, if the shapes are then this much closer: points of dense curves exchange with
-// little loss. Measured on 16 published cohorts of 8 to 202 landmarks: of 640 random pairs 9 are accused, and of all
-// shapes of cohorts 8, of which one is known to be wrong and the others look mirrored or have a landmark far away; of
-// planted exchanges 580 of 599 in pairs and 142 of 145 in cohorts are named exactly.
-constexpr double kLeastOdds = 100;
-constexpr double kCloser = 0.9;
-
-constexpr int kRobustRounds = 20;
 constexpr int kMeanRounds = 5;
+constexpr int kRefits = 2;  // without the shapes accused
+constexpr double kNear = 0.25;  // radii from the mean: where landmarks of one kind of shape may be
+constexpr double kCertain = std::numeric_limits<double>::infinity();
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-VectorXd distances(const Points& a, const Points& b) { return (a - b).colwise().norm().transpose(); }
-
-// Of the target's size and turned onto it by most landmarks: those further away than the median weigh less (iteratively
-// reweighted least squares with the weights of Geman and McClure, 1985). A size of least squares would shrink what fits
-// badly, to a point at worst, which the law takes for a change of scale.
-Points robustly_aligned(const Points& shape, const Points& target) {
-  const Points sized = shape * (centroid_size(target) / centroid_size(shape));
-  AlignmentOptions options;
-  Points moved = align(sized, target, AlignmentKind::kRigid).apply(sized);
-  for (int round = 0; round < kRobustRounds; ++round) {
-    const VectorXd apart = distances(moved, target);
-    const double middle = median_of({apart.begin(), apart.end()});
-    if (!(middle > 0)) return moved;
-    options.weights = (1 + (apart.array() / (2 * middle)).square()).square().inverse();
-    moved = align(sized, target, AlignmentKind::kRigid, options).apply(sized);
-  }
-  return moved;
-}
-
-double rms_apart(const Points& reference, const Points& shape) {
-  const Points moved = align(reference, shape, AlignmentKind::kSimilarity).apply(reference);
-  return distances(moved, shape).norm() / std::sqrt(static_cast<double>(shape.cols()));
-}
+Points observed_of(const Points& points, const std::vector<int>& observed) { return points(Eigen::all, observed); }
 
 double spread_of(const Points& shape) { return centroid_size(shape) / std::sqrt(static_cast<double>(shape.cols())); }
 
-Points mirrored(Points shape) {
-  shape.row(0) *= -1;
-  return shape;
-}
-
-Points reordered(const Points& shape, int begin, bool reversed) {
-  const auto n = static_cast<int>(shape.cols());
-  std::vector<int> order;
-  for (int k = 0; k < n; ++k) order.push_back(((reversed ? begin - k : begin + k) % n + n) % n);
-  return shape(Eigen::all, order);
-}
-
-Points exchanged(Points shape, int a, int b) {
-  shape.col(a).swap(shape.col(b));
-  return shape;
-}
-
-// Keeps the most probable finding.
-class Hypotheses {
- public:
-  Hypotheses(const DisplacementLaw& law, const Points& shape)
-      : law_(law),
-        shape_(shape),
-        apart_(rms_apart(law.reference(), shape)),
-        none_(law.log_likelihood(robustly_aligned(shape, law.reference()))) {}
-
-  /// @param count how many hypotheses of this kind there are
-  void consider(Finding finding, const Points& corrected, double count) {
-    const double likelihood = law_.log_likelihood(robustly_aligned(corrected, law_.reference()));
-    finding.log_ratio = likelihood - none_;
-    finding.log_odds = finding.log_ratio - std::log(kShapesPerError * count);
-    finding.corrected = corrected;
-    finding.before = apart_;
-    finding.after = rms_apart(law_.reference(), corrected);
-    if (finding.after < kCloser * finding.before && finding.log_odds > best_.log_odds) best_ = finding;
-  }
-
-  void consider_exchange() {
-    const Exchange found = law_.best_exchange(robustly_aligned(shape_, law_.reference()));
-    const auto n = static_cast<double>(shape_.cols());
-    consider({Problem::kExchanged, 0, {found.first, found.second}}, exchanged(shape_, found.first, found.second),
-             n * (n - 1) / 2);
-  }
-
-  // Of all shifts the one that fits best, before it is judged: an outline has as many as landmarks.
-  void consider_order(bool reversed) {
-    const auto n = static_cast<int>(shape_.cols());
-    int best = reversed ? n - 1 : 1;
-    double least = rms_apart(law_.reference(), reordered(shape_, best, reversed));
-    for (int begin = reversed ? 0 : 1; begin < n; ++begin)
-      if (const double here = rms_apart(law_.reference(), reordered(shape_, begin, reversed)); here < least)
-        least = here, best = begin;
-    consider({reversed ? Problem::kReversed : Problem::kShifted, 0, {best}}, reordered(shape_, best, reversed), n);
-  }
-
-  void consider_mirror() { consider({Problem::kMirrored}, mirrored(shape_), 1); }
-
-  // Of positions in a random order a similarity explains this part with the probability 0.7^(n − 2) in the plane.
-  std::optional<Finding> unordered() const {
-    constexpr double kExplained = 0.3;
-    if (1 - std::pow(apart_ / spread_of(shape_), 2) > kExplained) return std::nullopt;
-    return Finding{.problem = Problem::kUnordered, .before = apart_, .after = apart_};
-  }
-
-  std::optional<Finding> best() const {
-    if (best_.log_odds > std::log(kLeastOdds)) return best_;
-    return unordered();
-  }
-
- private:
-  const DisplacementLaw& law_;
-  const Points& shape_;
-  double apart_, none_;
-  Finding best_;
-};
-
-std::vector<int> observed_in_both(const Points& a, const Points& b) {
-  std::vector<int> observed;
-  for (Index i = 0; i < a.cols(); ++i)
-    if (a.col(i).allFinite() && b.col(i).allFinite()) observed.push_back(static_cast<int>(i));
-  return observed;
-}
-
-bool may_be_judged(const Points& reference, const Points& shape) {
-  return reference.rows() > 1 && reference.cols() >= kFewestLandmarks && reference.cols() <= kMostLandmarks &&
-         diameter(reference) > 0 && diameter(shape) > 0;
+bool is_at_one_place(const Points& points) {
+  const std::vector<int> observed = observed_in_both(points, points);
+  return std::ssize(observed) < 2 || !(diameter(observed_of(points, observed)) > 0);
 }
 
 // Landmarks of several groups, as of two objects, are not in one order around an outline.
 bool may_be_reordered(const Landmarks& shape) { return landmarks_by_group(shape).size() == 1; }
 
-// @param observed the landmarks of the complete shapes among all
-std::optional<Finding> judged(const DisplacementLaw& law, const Points& complete, const std::vector<int>& observed,
-                              bool are_in_order) {
-  const Points shape = complete(Eigen::all, observed);
-  Hypotheses hypotheses(law, shape);
-  hypotheses.consider_exchange();
-  hypotheses.consider_mirror();
-  if (are_in_order) {
-    hypotheses.consider_order(true);
-    hypotheses.consider_order(false);
-  }
-  std::optional<Finding> found = hypotheses.best();
-  if (!found) return found;
-  for (int& landmark : found->landmarks) landmark = observed[static_cast<std::size_t>(landmark)];
-  if (found->corrected.size() > 0) {
-    Points all = complete;
-    all(Eigen::all, observed) = found->corrected;
-    found->corrected = std::move(all);
+bool is_at_code(const Points& points, int landmark) {
+  constexpr std::array kCodes = {0.0, -1.0, -9.0, -99.0, -999.0, -9999.0, 99.0, 999.0, 9999.0};
+  return std::any_of(kCodes.begin(), kCodes.end(),
+                     [&](double code) { return (points.col(landmark).array() == code).all(); });
+}
+
+// Landmarks of each shape at numbers that stand for a missing one, where they are all of its coordinates; but for those
+// that are there in most shapes, as one is that coordinates begin at.
+std::vector<std::vector<int>> at_missing_codes(const std::vector<Landmarks>& shapes) {
+  std::vector<std::vector<int>> found(shapes.size());
+  if (shapes.front().dimension() < 2) return found;
+  for (int a = 0; a < shapes.front().count(); ++a) {
+    const auto is_at = [&](const Landmarks& shape) { return is_at_code(shape.points, a); };
+    if (2 * std::count_if(shapes.begin(), shapes.end(), is_at) > std::ssize(shapes)) continue;
+    for (std::size_t i = 0; i < shapes.size(); ++i)
+      if (is_at(shapes[i])) found[i].push_back(a);
   }
   return found;
 }
 
 // The median of each coordinate over shapes that are aligned with it.
-Points robust_mean(const std::vector<Landmarks>& shapes) {
-  Points mean = procrustes_mean(shapes, AlignmentKind::kSimilarity).points;
+Points robust_mean(const std::vector<Points>& shapes) {
+  std::vector<Landmarks> all(shapes.size());
+  for (std::size_t i = 0; i < shapes.size(); ++i) all[i].points = shapes[i];
+  Points mean = procrustes_mean(all, AlignmentKind::kSimilarity).points;
   for (int round = 0; round < kMeanRounds; ++round) {
     std::vector<std::vector<double>> values(static_cast<std::size_t>(mean.size()));
-    for (const Landmarks& shape : shapes) {
-      const std::vector<int> observed = observed_in_both(mean, shape.points);
-      const Points moved = robustly_aligned(shape.points(Eigen::all, observed), mean(Eigen::all, observed));
-      for (std::size_t k = 0; k < observed.size(); ++k)
-        for (Index axis = 0; axis < mean.rows(); ++axis)
-          values[static_cast<std::size_t>(observed[k] * mean.rows() + axis)].push_back(
-              moved(axis, static_cast<Index>(k)));
+    for (const Points& shape : shapes) {
+      const Points moved = robustly_aligned(shape, mean);
+      for (std::size_t k = 0; k < values.size(); ++k)
+        if (const double value = moved.reshaped()[static_cast<Eigen::Index>(k)]; !std::isnan(value))
+          values[k].push_back(value);
     }
-    for (std::size_t i = 0; i < values.size(); ++i) mean.reshaped()[static_cast<Index>(i)] = median_of(values[i]);
+    for (std::size_t k = 0; k < values.size(); ++k)
+      mean.reshaped()[static_cast<Eigen::Index>(k)] = median_of(std::move(values[k]));
   }
   return mean;
 }
 
 // Sizes that differ from most by much more than these differ from one another, and by more than shapes of one kind do.
-std::vector<Finding> other_units(const std::vector<Landmarks>& shapes) {
+std::vector<Finding> other_units(const std::vector<Points>& shapes) {
   constexpr double kLeastFactor = 5, kDeviations = 8, kNormal = 1.4826;  // median absolute deviation to standard one
   std::vector<double> sizes, apart;
-  for (const Landmarks& shape : shapes) sizes.push_back(std::log(centroid_size(shape.points)));
+  for (const Points& shape : shapes) sizes.push_back(std::log(spread_of(observed_of(shape, observed_in_both(shape, shape)))));
   const double middle = median_of(sizes);
   for (const double size : sizes) apart.push_back(std::abs(size - middle));
   const double least = std::max(std::log(kLeastFactor), kDeviations * kNormal * median_of(apart));
   std::vector<Finding> found;
-  for (std::size_t i = 0; i < shapes.size(); ++i)
-    if (apart[i] > least)
-      found.push_back(
-          {.problem = Problem::kUnit, .specimen = static_cast<int>(i), .factor = std::exp(sizes[i] - middle)});
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    if (apart[i] <= least) continue;
+    const double factor = std::exp(sizes[i] - middle);
+    found.push_back({.problem = Problem::kUnit,
+                     .specimen = static_cast<int>(i),
+                     .log_odds = kCertain,
+                     .factor = factor,
+                     .corrected = shapes[i] / factor});
+  }
   return found;
 }
+
+/// The shapes of a cohort that can be judged by a law, and what is said of the others at once.
+class CohortAudit {
+ public:
+  explicit CohortAudit(const std::vector<Landmarks>& shapes) : shapes_(shapes), codes_(at_missing_codes(shapes)) {
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      Points points = shapes[i].points;
+      points(Eigen::all, codes_[i]).setConstant(std::nan(""));
+      if (is_at_one_place(points)) {
+        if (!observed_in_both(shapes[i].points, shapes[i].points).empty())
+          add({.problem = Problem::kUndigitised, .specimen = static_cast<int>(i), .log_odds = kCertain});
+        continue;
+      }
+      place_.push_back(i);
+      points_.push_back(std::move(points));
+    }
+    if (points_.size() < kFewestShapes) return;
+    for (Finding unit : other_units(points_)) {
+      unit.specimen = static_cast<int>(place_[static_cast<std::size_t>(unit.specimen)]);
+      add(std::move(unit));
+    }
+    const auto n = static_cast<int>(points_.front().cols());
+    if (shapes.front().dimension() > 1 && n >= kFewestInCohort && n <= kMostLandmarks) judge_all();
+  }
+
+  Audit result() && {
+    std::stable_sort(findings_.begin(), findings_.end(),
+                     [](const Finding& a, const Finding& b) { return a.specimen < b.specimen; });
+    return {.findings = std::move(findings_), .reference = std::move(reference_), .shapes_per_error = kShapesPerError};
+  }
+
+ private:
+  void add(Finding finding) { findings_.push_back(std::move(finding)); }
+
+  // A landmark that is about where it belongs may be there, whatever its numbers.
+  void restore_codes(const Points& mean) {
+    const double radius = spread_of(mean);
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      std::vector<int>& codes = codes_[place_[i]];
+      if (codes.empty()) continue;
+      const Points moved = robustly_aligned(shapes_[place_[i]].points, mean);
+      std::erase_if(codes, [&](int a) {
+        const bool belongs = (moved.col(a) - mean.col(a)).norm() < kNear * radius;
+        if (belongs) points_[i].col(a) = shapes_[place_[i]].points.col(a);
+        return belongs;
+      });
+    }
+  }
+
+  void judge_all() {
+    const Points mean = robust_mean(points_);
+    restore_codes(mean);
+    std::vector<bool> accused(points_.size(), false);
+    std::vector<std::vector<Finding>> found(points_.size());
+    for (int fit = 0; fit <= kRefits; ++fit) {
+      const CohortLaw law(points_, mean, accused);
+      parallel_for(static_cast<int>(points_.size()), [&](int i) {
+        const auto at = static_cast<std::size_t>(i);
+        found[at] = judge_one(law, at);
+      });
+      reference_ = law.reference();
+      std::vector<bool> now;
+      for (const auto& of_one : found) now.push_back(!of_one.empty());
+      if (now == accused) break;
+      accused = std::move(now);
+    }
+    for (std::size_t i = 0; i < found.size(); ++i)
+      for (Finding& finding : found[i]) {
+        finding.specimen = static_cast<int>(place_[i]);
+        add(std::move(finding));
+      }
+  }
+
+  std::vector<Finding> judge_one(const CohortLaw& law, std::size_t i) const {
+    const Landmarks& shape = shapes_[place_[i]];
+    std::vector<Finding> found = judge_codes(law, i);
+    const bool is_ordered = may_be_reordered(shape);
+    for (Finding& finding :
+         judge(law.law_without(i), {points_[i], is_ordered, true, law.relative_distance(i)}, kShapesPerError))
+      found.push_back(std::move(finding));
+    return found;
+  }
+
+  // What stands for a missing landmark is where no landmark is expected.
+  std::vector<Finding> judge_codes(const CohortLaw& law, std::size_t i) const {
+    const Landmarks& shape = shapes_[place_[i]];
+    const std::vector<int>& codes = codes_[place_[i]];
+    if (codes.empty()) return {};
+    return {{.problem = Problem::kZero,
+             .specimen = 0,
+             .landmarks = codes,
+             .log_odds = kCertain,
+             .before = rms_apart(law.reference(), shape.points),
+             .after = rms_apart(law.reference(), points_[i]),
+             .corrected = points_[i]}};
+  }
+
+  const std::vector<Landmarks>& shapes_;
+  std::vector<std::vector<int>> codes_;  // of each shape
+  std::vector<std::size_t> place_;       // in the cohort, of each that is judged
+  std::vector<Points> points_;
+  std::vector<Finding> findings_;
+  Points reference_;
+};
 
 // Of two shapes, one of which may be a picture's copy of another resolution.
 std::optional<Finding> other_unit(const Points& reference, const Points& shape) {
   constexpr double kLeastFactor = 20;
-  const double ratio = centroid_size(shape) / centroid_size(reference);
+  const double ratio = spread_of(shape) / spread_of(reference);
   if (!std::isfinite(ratio) || std::abs(std::log(ratio)) < std::log(kLeastFactor)) return std::nullopt;
-  return Finding{.problem = Problem::kUnit, .factor = ratio};
+  return Finding{.problem = Problem::kUnit, .specimen = 1, .log_odds = kCertain, .factor = ratio};
 }
 
-std::string without(const Finding& finding) {
-  return fmt::format("(odds 10^{:.0f}; rms distance {:.3g}, {:.3g} without)", finding.log_odds / std::log(10.0),
-                     finding.before, finding.after);
+// Of positions in a random order a similarity explains this part with the probability 0.7^(n − 2) in the plane.
+std::optional<Finding> without_order(const Points& reference, const Points& shape) {
+  constexpr double kExplained = 0.3;
+  const double apart = rms_apart(reference, shape);
+  if (1 - std::pow(apart / spread_of(shape), 2) > kExplained) return std::nullopt;
+  return Finding{.problem = Problem::kUnordered, .specimen = 1, .before = apart, .after = apart};
 }
 
 }  // namespace
 
 Audit audit_pair(const Landmarks& reference, const Landmarks& shape) {
+  Audit audit{.findings = {}, .reference = reference.points, .shapes_per_error = kShapesPerError};
   const std::vector<int> observed = observed_in_both(reference.points, shape.points);
-  const Points x = reference.points(Eigen::all, observed), t = shape.points(Eigen::all, observed);
-  std::optional<Finding> found;
-  if (may_be_judged(x, t)) {
-    const bool are_all = std::ssize(observed) == shape.count();
-    found = judged(DisplacementLaw(x), shape.points, observed, are_all && may_be_reordered(shape));
+  const Points x = observed_of(reference.points, observed), t = observed_of(shape.points, observed);
+  const auto n = std::ssize(observed);
+  if (x.rows() > 1 && n >= kFewestLandmarks && n <= kMostLandmarks && !is_at_one_place(x) && !is_at_one_place(t)) {
+    audit.findings = judge(pair_law(x), {t, n == shape.count() && may_be_reordered(shape), false, 1}, kShapesPerError);
+    for (Finding& finding : audit.findings) {
+      finding.specimen = 1;
+      for (int& landmark : finding.landmarks) landmark = observed[static_cast<std::size_t>(landmark)];
+      Points all = shape.points;
+      all(Eigen::all, observed) = finding.corrected;
+      finding.corrected = std::move(all);
+    }
+    if (audit.findings.empty())
+      if (const auto found = without_order(x, t)) audit.findings.push_back(*found);
   }
-  if (!found) found = other_unit(x, t);
-  Audit audit{.findings = {}, .reference = reference.points};
-  if (found) audit.findings.push_back(*found);
+  if (audit.findings.empty() && n > 1)
+    if (const auto found = other_unit(x, t)) audit.findings.push_back(*found);
   return audit;
 }
 
 Audit audit_cohort(const std::vector<Landmarks>& shapes) {
-  if (shapes.size() < kFewestShapes) return {.findings = {}, .reference = {}};
-  std::vector<Finding> found = other_units(shapes);
-  if (shapes.front().dimension() < 2) return {.findings = std::move(found), .reference = {}};
-  const Points mean = robust_mean(shapes);
-  std::unique_ptr<const DisplacementLaw> of_all;
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
-    const std::vector<int> observed = observed_in_both(mean, shapes[i].points);
-    const Points x = mean(Eigen::all, observed), t = shapes[i].points(Eigen::all, observed);
-    if (!may_be_judged(x, t)) continue;
-    const bool are_all = x.cols() == mean.cols();
-    if (are_all && !of_all) of_all = std::make_unique<DisplacementLaw>(mean);
-    std::optional<Finding> finding = are_all ? judged(*of_all, shapes[i].points, observed, may_be_reordered(shapes[i]))
-                                             : judged(DisplacementLaw(x), shapes[i].points, observed, false);
-    if (!finding) continue;
-    finding->specimen = static_cast<int>(i);
-    found.push_back(*finding);
-  }
-  std::sort(found.begin(), found.end(), [](const Finding& a, const Finding& b) { return a.specimen < b.specimen; });
-  return {.findings = std::move(found), .reference = mean};
-}
-
-std::string_view problem_name(Problem problem) {
-  constexpr std::array<std::string_view, 11> kNames = {"exchanged",   "moved", "reversed", "shifted",   "mirrored", "zero",
-                                                       "undigitised", "unit",  "axes",     "unordered", "foreign"};
-  return kNames.at(static_cast<std::size_t>(problem));
-}
-
-std::string describe(const Finding& finding, const Landmarks& shape) {
-  const auto landmark = [&](std::size_t i) { return shape.describe(finding.landmarks.at(i)); };
-  switch (finding.problem) {
-    case Problem::kExchanged:
-      return fmt::format("landmarks {} and {} look exchanged {}", landmark(0), landmark(1), without(finding));
-    case Problem::kReversed:
-      return fmt::format("its landmarks look to be in reverse order, from {} backwards {}", landmark(0),
-                         without(finding));
-    case Problem::kShifted:
-      return fmt::format("its landmarks look shifted, the first one to {} {}", landmark(0), without(finding));
-    case Problem::kMirrored:
-      return fmt::format("it looks mirrored {}", without(finding));
-    case Problem::kUnit:
-      return fmt::format("it is {:.3g} times as large as the others: is it in another unit of length?", finding.factor);
-    case Problem::kUnordered:
-      return fmt::format(
-          "its landmarks have nothing in common with those of the same number (rms distance {:.3g} after alignment): "
-          "is there a correspondence?",
-          finding.before);
-    case Problem::kMoved:
-      return fmt::format("landmark {} looks misplaced{}{} {}", landmark(0), finding.slip.empty() ? "" : ": ",
-                         finding.slip, without(finding));
-    case Problem::kZero:
-      return fmt::format("{} is at a place that stands for a missing one", landmark(0));
-    case Problem::kUndigitised:
-      return "all of its landmarks are at one place: it was not digitised";
-    case Problem::kAxes:
-      return fmt::format("its axes look exchanged {}", without(finding));
-    case Problem::kForeign:
-      return fmt::format("it has nothing in common with the others (rms distance {:.3g}): does it belong to them?",
-                         finding.before);
-  }
-  return {};
+  if (shapes.empty()) return {};
+  return CohortAudit(shapes).result();
 }
 
 }  // namespace pulson::audit

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <vector>
+
+#include "landmark_law.hpp"
+#include "pulson/core/landmarks.hpp"
+
+namespace pulson::audit {
+
+/// The law of one shape of a cohort by the others. Of displacements z_i from their weighted mean, in the m directions
+/// that a similarity leaves, the covariance has an inverse Wishart prior about the kernel of greatest likelihood,
+///
+///     Σ ~ W⁻¹(Ψ, ν0),   Ψ = (ν0 − m − 1)gG,   so that   A = Ψ + Σ_j w_j z_jz_jᵀ
+///
+/// has the mean covariance as a multiple; kernel, g and ν0 are those of greatest evidence, in closed form. The shape that
+/// is judged is left out, of the mean and of A, by one rank. Weights are those of Huber (1964), and 0 of shapes already
+/// accused. How heavy the tails are is fitted to the shapes, each judged by the others: of whole shapes the degrees of a
+/// Student distribution, and those of one landmark given the others.
+class CohortLaw {
+ public:
+  /// @param shapes d×N each, NaN where a landmark is missing @param reference a first mean, complete
+  /// @param accused shapes that have no weight, as many as shapes
+  CohortLaw(const std::vector<Points>& shapes, const Points& reference, const std::vector<bool>& accused);
+
+  const Points& reference() const { return reference_; }
+  /// Of the shape in place i by the others, its missing landmarks dropped.
+  LandmarkLaw law_without(std::size_t i) const;
+  /// The root mean square displacement of the shape in place i, over the median of all.
+  double relative_distance(std::size_t i) const;
+
+ private:
+  void fill_in();
+  void fit();
+  void weigh();
+  void fit_tails();
+  LandmarkLaw::Member member_without(std::size_t i) const;
+
+  Points reference_;
+  std::vector<std::vector<int>> missing_;  // of each shape
+  Eigen::MatrixXd displacements_;          // dN×n, with predictions where landmarks are missing
+  Eigen::VectorXd weights_;
+  std::vector<bool> is_accused_;
+  Eigen::MatrixXd directions_;  // Q, dN×m
+  Eigen::MatrixXd precision_;   // QA⁻¹Qᵀ
+  double log_determinant_ = 0;  // of A
+  double prior_degrees_ = 0;    // ν0
+  double degrees_ = 0, scale_ = 1;  // ν, κ/ν
+  LandmarkLaw::Tail tail_;
+};
+
+}  // namespace pulson::audit

@@ -23,14 +23,25 @@ constexpr int kFewestInCohort = 4;
 constexpr int kMostLandmarks = 300;  // costs a second
 constexpr std::size_t kFewestShapes = 5;
 constexpr double kShapesPerError = 50;
+constexpr double kLeastOdds = 20, kSuspectedOdds = 1.0 / 8;
 constexpr int kMeanRounds = 5;
 constexpr int kRefits = 2;  // without the shapes accused
 constexpr double kNear = 0.25;  // radii from the mean: where landmarks of one kind of shape may be
-constexpr double kCertain = std::numeric_limits<double>::infinity();
+const Odds kFound{kShapesPerError, std::log(kLeastOdds)}, kSuspected{kShapesPerError, std::log(kSuspectedOdds)};
+constexpr double kAlike = 0.85;  // cosine of an angle within which poses agree
 
 Points observed_of(const Points& points, const std::vector<int>& observed) { return points(Eigen::all, observed); }
 
 double spread_of(const Points& shape) { return centroid_size(shape) / std::sqrt(static_cast<double>(shape.cols())); }
+
+// The median distance from the median of each coordinate, which single landmarks far away do not change.
+double middle_radius(const Points& shape) {
+  Points centred = shape;
+  for (Eigen::Index axis = 0; axis < shape.rows(); ++axis)
+    centred.row(axis).array() -= median_of({shape.row(axis).begin(), shape.row(axis).end()});
+  const Eigen::VectorXd distances = centred.colwise().norm().transpose();
+  return median_of({distances.begin(), distances.end()});
+}
 
 bool is_at_one_place(const Points& points) {
   const std::vector<int> observed = observed_in_both(points, points);
@@ -40,22 +51,21 @@ bool is_at_one_place(const Points& points) {
 // Landmarks of several groups, as of two objects, are not in one order around an outline.
 bool may_be_reordered(const Landmarks& shape) { return landmarks_by_group(shape).size() == 1; }
 
-bool is_at_code(const Points& points, int landmark) {
-  constexpr std::array kCodes = {0.0, -1.0, -9.0, -99.0, -999.0, -9999.0, 99.0, 999.0, 9999.0};
-  return std::any_of(kCodes.begin(), kCodes.end(),
-                     [&](double code) { return (points.col(landmark).array() == code).all(); });
-}
-
-// Landmarks of each shape at numbers that stand for a missing one, where they are all of its coordinates; but for those
-// that are there in most shapes, as one is that coordinates begin at.
+// Landmarks of each shape at numbers that stand for a missing one, where they are all of its coordinates; but for numbers
+// at which most shapes have a landmark, as one is that coordinates begin at.
 std::vector<std::vector<int>> at_missing_codes(const std::vector<Landmarks>& shapes) {
+  constexpr std::array kCodes = {0.0, -1.0, -9.0, -99.0, -999.0, -9999.0, 99.0, 999.0, 9999.0};
   std::vector<std::vector<int>> found(shapes.size());
   if (shapes.front().dimension() < 2) return found;
-  for (int a = 0; a < shapes.front().count(); ++a) {
-    const auto is_at = [&](const Landmarks& shape) { return is_at_code(shape.points, a); };
-    if (2 * std::count_if(shapes.begin(), shapes.end(), is_at) > std::ssize(shapes)) continue;
+  for (const double code : kCodes) {
+    const auto count_at = [&](const Landmarks& shape) {
+      return (shape.points.array() == code).colwise().all().count();
+    };
+    const auto with = std::count_if(shapes.begin(), shapes.end(), [&](const auto& shape) { return count_at(shape) > 0; });
+    if (2 * with > std::ssize(shapes)) continue;
     for (std::size_t i = 0; i < shapes.size(); ++i)
-      if (is_at(shapes[i])) found[i].push_back(a);
+      for (int a = 0; a < shapes[i].count(); ++a)
+        if ((shapes[i].points.col(a).array() == code).all()) found[i].push_back(a);
   }
   return found;
 }
@@ -83,7 +93,7 @@ Points robust_mean(const std::vector<Points>& shapes) {
 std::vector<Finding> other_units(const std::vector<Points>& shapes) {
   constexpr double kLeastFactor = 5, kDeviations = 8, kNormal = 1.4826;  // median absolute deviation to standard one
   std::vector<double> sizes, apart;
-  for (const Points& shape : shapes) sizes.push_back(std::log(spread_of(observed_of(shape, observed_in_both(shape, shape)))));
+  for (const Points& shape : shapes) sizes.push_back(std::log(middle_radius(observed_of(shape, observed_in_both(shape, shape)))));
   const double middle = median_of(sizes);
   for (const double size : sizes) apart.push_back(std::abs(size - middle));
   const double least = std::max(std::log(kLeastFactor), kDeviations * kNormal * median_of(apart));
@@ -93,11 +103,45 @@ std::vector<Finding> other_units(const std::vector<Points>& shapes) {
     const double factor = std::exp(sizes[i] - middle);
     found.push_back({.problem = Problem::kUnit,
                      .specimen = static_cast<int>(i),
-                     .log_odds = kCertain,
+                     .log_odds = kLogCertain,
                      .factor = factor,
                      .corrected = shapes[i] / factor});
   }
   return found;
+}
+
+// A mirror image is one about some axis, or of two axes in each other's place: that whose pose is the others'. As the
+// reflections differ by rotations, nothing else tells them apart.
+void tell_axes(std::vector<Finding>& findings, const Points& reference, const Eigen::MatrixXd& others) {
+  const auto first = std::find_if(findings.begin(), findings.end(),
+                                  [](const Finding& finding) { return finding.problem == Problem::kMirrored; });
+  if (first == findings.end()) return;
+  const Eigen::Index d = reference.rows();
+  Eigen::MatrixXd flip = Eigen::MatrixXd::Identity(d, d);
+  flip(0, 0) = -1;
+  double most = -std::numeric_limits<double>::infinity();
+  Eigen::MatrixXd best = flip;
+  const auto consider = [&](const Eigen::MatrixXd& reflection) {
+    const Points corrected = reflection * flip * first->corrected;
+    const Eigen::MatrixXd pose = align(corrected, reference, AlignmentKind::kRigid).linear;
+    if (const double agreement = pose.cwiseProduct(others).sum(); agreement > most) most = agreement, best = reflection;
+  };
+  for (Eigen::Index axis = 0; axis < d; ++axis) {
+    Eigen::MatrixXd reflection = Eigen::MatrixXd::Identity(d, d);
+    reflection(axis, axis) = -1;
+    consider(reflection);
+    for (Eigen::Index other = 0; other < axis; ++other) {
+      Eigen::MatrixXd swap = Eigen::MatrixXd::Identity(d, d);
+      swap.col(axis).swap(swap.col(other));
+      consider(swap);
+    }
+  }
+  // the others' poses differ by less than half of the angle between the axes' reflections
+  if (most < kAlike * static_cast<double>(d)) return;
+  const bool is_swap = best.diagonal().minCoeff() == 0;
+  if (is_swap) first->problem = Problem::kAxes;
+  for (auto finding = first; finding != findings.end(); ++finding)
+    if (finding->corrected.size() > 0) finding->corrected = best * flip * finding->corrected;
 }
 
 /// The shapes of a cohort that can be judged by a law, and what is said of the others at once.
@@ -109,7 +153,7 @@ class CohortAudit {
       points(Eigen::all, codes_[i]).setConstant(std::nan(""));
       if (is_at_one_place(points)) {
         if (!observed_in_both(shapes[i].points, shapes[i].points).empty())
-          add({.problem = Problem::kUndigitised, .specimen = static_cast<int>(i), .log_odds = kCertain});
+          add({.problem = Problem::kUndigitised, .specimen = static_cast<int>(i), .log_odds = kLogCertain});
         continue;
       }
       place_.push_back(i);
@@ -157,27 +201,32 @@ class CohortAudit {
       const CohortLaw law(points_, mean, accused);
       parallel_for(static_cast<int>(points_.size()), [&](int i) {
         const auto at = static_cast<std::size_t>(i);
-        found[at] = judge_one(law, at);
+        found[at] = judge_one(law, at, fit < kRefits ? kSuspected : kFound);
       });
       reference_ = law.reference();
       std::vector<bool> now;
       for (const auto& of_one : found) now.push_back(!of_one.empty());
-      if (now == accused) break;
       accused = std::move(now);
     }
+    Eigen::MatrixXd poses = Eigen::MatrixXd::Zero(reference_.rows(), reference_.rows());
     for (std::size_t i = 0; i < found.size(); ++i)
+      if (found[i].empty())
+        poses += align(points_[i], reference_, AlignmentKind::kRigid).linear / static_cast<double>(points_.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      tell_axes(found[i], reference_, poses);
       for (Finding& finding : found[i]) {
         finding.specimen = static_cast<int>(place_[i]);
         add(std::move(finding));
       }
+    }
   }
 
-  std::vector<Finding> judge_one(const CohortLaw& law, std::size_t i) const {
+  std::vector<Finding> judge_one(const CohortLaw& law, std::size_t i, const Odds& odds) const {
     const Landmarks& shape = shapes_[place_[i]];
     std::vector<Finding> found = judge_codes(law, i);
     const bool is_ordered = may_be_reordered(shape);
     for (Finding& finding :
-         judge(law.law_without(i), {points_[i], is_ordered, true, law.relative_distance(i)}, kShapesPerError))
+         judge(law.law_without(i), {points_[i], is_ordered, true, law.typical_distance()}, odds))
       found.push_back(std::move(finding));
     return found;
   }
@@ -190,7 +239,7 @@ class CohortAudit {
     return {{.problem = Problem::kZero,
              .specimen = 0,
              .landmarks = codes,
-             .log_odds = kCertain,
+             .log_odds = kLogCertain,
              .before = rms_apart(law.reference(), shape.points),
              .after = rms_apart(law.reference(), points_[i]),
              .corrected = points_[i]}};
@@ -209,7 +258,7 @@ std::optional<Finding> other_unit(const Points& reference, const Points& shape) 
   constexpr double kLeastFactor = 20;
   const double ratio = spread_of(shape) / spread_of(reference);
   if (!std::isfinite(ratio) || std::abs(std::log(ratio)) < std::log(kLeastFactor)) return std::nullopt;
-  return Finding{.problem = Problem::kUnit, .specimen = 1, .log_odds = kCertain, .factor = ratio};
+  return Finding{.problem = Problem::kUnit, .specimen = 1, .log_odds = kLogCertain, .factor = ratio};
 }
 
 // Of positions in a random order a similarity explains this part with the probability 0.7^(n − 2) in the plane.
@@ -228,7 +277,8 @@ Audit audit_pair(const Landmarks& reference, const Landmarks& shape) {
   const Points x = observed_of(reference.points, observed), t = observed_of(shape.points, observed);
   const auto n = std::ssize(observed);
   if (x.rows() > 1 && n >= kFewestLandmarks && n <= kMostLandmarks && !is_at_one_place(x) && !is_at_one_place(t)) {
-    audit.findings = judge(pair_law(x), {t, n == shape.count() && may_be_reordered(shape), false, 1}, kShapesPerError);
+    audit.findings = judge(pair_law(x), {t, n == shape.count() && may_be_reordered(shape), false, 0}, kFound);
+    tell_axes(audit.findings, x, Eigen::MatrixXd::Identity(x.rows(), x.rows()));
     for (Finding& finding : audit.findings) {
       finding.specimen = 1;
       for (int& landmark : finding.landmarks) landmark = observed[static_cast<std::size_t>(landmark)];

@@ -161,15 +161,12 @@ LandmarkLaw CohortLaw::law_without(std::size_t i) const {
   LandmarkLaw law(std::move(mean), {std::move(member)}, static_cast<double>(directions_.cols()), degrees_,
                   degrees_ * scale_);
   law.set_tail(tail_);
-  for (const int landmark : missing_[i]) law.drop(landmark);
   return law;
 }
 
-double CohortLaw::relative_distance(std::size_t i) const {
-  std::vector<double> distances;
-  for (Index k = 0; k < displacements_.cols(); ++k)
-    distances.push_back((directions_.transpose() * displacements_.col(k)).norm());
-  return distances[i] / median_of(distances);
+double CohortLaw::typical_distance() const {
+  const Eigen::VectorXd distances = (directions_.transpose() * displacements_).colwise().norm().transpose();
+  return median_of({distances.begin(), distances.end()}) / std::sqrt(static_cast<double>(reference_.cols()));
 }
 
 void CohortLaw::fit_tails() {
@@ -200,7 +197,8 @@ void CohortLaw::fit_tails() {
   const auto d = static_cast<double>(reference_.rows());
   MatrixXd distances = MatrixXd::Constant(n, static_cast<Index>(sound.size()), std::nan(""));
   for (std::size_t k = 0; k < sound.size(); ++k) {
-    const LandmarkLaw law = law_without(sound[k]);
+    LandmarkLaw law = law_without(sound[k]);
+    for (const int landmark : missing_[sound[k]]) law.drop(landmark);
     const auto place = static_cast<Index>(sound[k]);
     const double all = weights_.sum(), others = all - weights_[place];
     const auto predictions = law.predict(VectorXd(all / others * displacements_.col(place)));

@@ -23,10 +23,10 @@ class CohortLaw {
   CohortLaw(const std::vector<Points>& shapes, const Points& reference, const std::vector<bool>& accused);
 
   const Points& reference() const { return reference_; }
-  /// Of the shape in place i by the others, its missing landmarks dropped.
+  /// Of the shape in place i by the others.
   LandmarkLaw law_without(std::size_t i) const;
-  /// The root mean square displacement of the shape in place i, over the median of all.
-  double relative_distance(std::size_t i) const;
+  /// Median over the shapes of their root mean square distance from the mean, units of reference().
+  double typical_distance() const;
 
  private:
   void fill_in();

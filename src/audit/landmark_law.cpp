@@ -22,6 +22,9 @@ using Eigen::VectorXd;
 // The grid: widths in diameters, and the part of the variance that neighbours share.
 constexpr std::array kWidths = {0.1, 0.2, 0.4, 0.8, 1.6};
 constexpr std::array kShared = {0.5, 0.8, 0.95, 0.99};
+// Landmarks of one shape differ from where the others predict them more often by much than a normal law says. Of the tails
+// fitted to published cohorts (cohort_law.cpp) the heaviest.
+constexpr double kTailOfPairs = 4;
 // Of yᵀPy, in squared diameters: below it is rounding.
 constexpr double kRounding = 1e-13;
 
@@ -107,6 +110,28 @@ struct LandmarkLaw::Block {
   double log_density;   // of the other landmarks
 };
 
+// @param weighted Py @param square yᵀPy
+LandmarkLaw::Block LandmarkLaw::block(const Member& member, int landmark, const VectorXd& weighted,
+                                      double square) const {
+  const Index d = reference_.rows(), row = landmark * d;
+  const Eigen::LLT<MatrixXd> own(member.precision.block(row, row, d, d));
+  Block block{own.solve(weighted.segment(row, d)), 0, 0, own.matrixLLT().diagonal().array().log().sum(), 0};
+  block.here = block.deviation.dot(weighted.segment(row, d));
+  block.rest = square - block.here;
+  block.log_density =
+      member.log_constant - block.log_root + log_factor(directions_ - static_cast<double>(d), block.rest);
+  return block;
+}
+
+double LandmarkLaw::log_density_without(int landmark, const VectorXd& displacement) const {
+  double best = -std::numeric_limits<double>::infinity();
+  for (const Member& member : members_) {
+    const VectorXd weighted = member.precision * displacement;
+    best = std::max(best, block(member, landmark, weighted, displacement.dot(weighted)).log_density);
+  }
+  return best;
+}
+
 LandmarkLaw::Prediction LandmarkLaw::predict(const Block& block, int landmark) const {
   const auto d = static_cast<double>(reference_.rows());
   const double degrees = degrees_ + directions_ - d;
@@ -116,37 +141,26 @@ LandmarkLaw::Prediction LandmarkLaw::predict(const Block& block, int landmark) c
   const double log_density =
       log_student(tail_.degrees > 0 ? tail_.degrees : degrees, d, block.here / variance / scale) -
       d / 2 * std::log(variance * scale) + block.log_root;
-  return {log_density, block.deviation, std::sqrt(variance * scale) * std::exp(-block.log_root / d),
+  return {log_density, block.log_density, block.deviation, std::sqrt(variance * scale) * std::exp(-block.log_root / d),
           std::sqrt(std::max(block.here, 0.0) / variance / scale)};
 }
 
 std::vector<LandmarkLaw::Prediction> LandmarkLaw::predict(const VectorXd& displacement) const {
-  const Index d = reference_.rows(), n = reference_.cols();
-  std::vector<Block> best(static_cast<std::size_t>(n));
+  std::vector<Block> best(is_dropped_.size());
   std::vector<double> most(best.size(), -std::numeric_limits<double>::infinity());
-  double of_all = most.empty() ? 0 : most.front();
   for (const Member& member : members_) {
     const VectorXd weighted = member.precision * displacement;
     const double square = displacement.dot(weighted);
-    of_all = std::max(of_all, log_density(member, square));
     for (std::size_t a = 0; a < best.size(); ++a) {
       if (is_dropped_[a]) continue;
-      const Index row = static_cast<Index>(a) * d;
-      const Eigen::LLT<MatrixXd> own(member.precision.block(row, row, d, d));
-      Block block{own.solve(weighted.segment(row, d)), 0, 0, own.matrixLLT().diagonal().array().log().sum(), 0};
-      block.here = block.deviation.dot(weighted.segment(row, d));
-      block.rest = square - block.here;
-      block.log_density =
-          member.log_constant - block.log_root + log_factor(directions_ - static_cast<double>(d), block.rest);
-      if (block.log_density > most[a]) most[a] = block.log_density, best[a] = std::move(block);
+      Block here = block(member, static_cast<int>(a), weighted, square);
+      if (here.log_density > most[a]) most[a] = here.log_density, best[a] = std::move(here);
     }
   }
   std::vector<Prediction> predictions(best.size());
   for (std::size_t a = 0; a < best.size(); ++a) {
     if (is_dropped_[a]) continue;
     predictions[a] = predict(best[a], static_cast<int>(a));
-    // each hypothesis has the member that suits it
-    if (members_.size() > 1) predictions[a].log_density = of_all - most[a];
   }
   return predictions;
 }
@@ -167,7 +181,9 @@ LandmarkLaw pair_law(const Points& reference) {
   std::vector<LandmarkLaw::Member> members;
   for (const MatrixXd& covariance : kernel_covariances(reference))
     members.push_back(kernel_member(covariance, motions, reference.rows()));
-  return {reference, std::move(members), static_cast<double>(reference.size() - motions.cols()), 0, 0};
+  LandmarkLaw law(reference, std::move(members), static_cast<double>(reference.size() - motions.cols()), 0, 0);
+  law.set_tail({.degrees = kTailOfPairs, .scales = {}});
+  return law;
 }
 
 MatrixXd directions_of_shape(const Points& reference) {

@@ -44,9 +44,13 @@ class LandmarkLaw {
   double log_density(const Member& member, double square) const;
   double log_density(const Eigen::VectorXd& displacement) const;
 
+  /// Of the other landmarks, wherever this one is.
+  double log_density_without(int landmark, const Eigen::VectorXd& displacement) const;
+
   /// One landmark given the others.
   struct Prediction {
     double log_density = 0;     ///< of where it is
+    double log_rest = 0;        ///< of where the others are, as log_density()
     Eigen::VectorXd deviation;  ///< of where it is from where it is expected, d
     double spread = 0;          ///< geometric mean of the predicted standard deviations of its coordinates
     double distance = 0;        ///< e
@@ -56,6 +60,7 @@ class LandmarkLaw {
 
  private:
   struct Block;
+  Block block(const Member& member, int landmark, const Eigen::VectorXd& weighted, double square) const;
   double log_factor(double directions, double square) const;
   Prediction predict(const Block& block, int landmark) const;
 

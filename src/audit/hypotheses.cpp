@@ -342,10 +342,21 @@ class Hypotheses {
       if (ratio > most) most = ratio, best = a;
     }
     if (best < 0) return;
-    Finding finding{.problem = Problem::kMoved, .landmarks = {best}, .log_ratio = most, .corrected = shape_};
+    Finding finding{.problem = Problem::kMoved,
+                    .landmarks = {best},
+                    .log_ratio = most,
+                    .slip = coincidence_of(best),
+                    .corrected = shape_};
     finding.corrected.col(best).setConstant(std::nan(""));
     consider(std::move(finding), static_cast<double>(kept_.size()));
     if (predictions_[static_cast<std::size_t>(best)].distance > kDoubted) consider_slips(best);
+  }
+
+  std::string coincidence_of(int landmark) const {
+    for (const int other : kept_)
+      if (other != landmark && shape_.col(other) == shape_.col(landmark))
+        return fmt::format("it coincides with landmark {}", other + 1);
+    return {};
   }
 
   // Of the two the one further from where it is expected.
@@ -359,7 +370,7 @@ class Hypotheses {
       Finding finding{.problem = Problem::kMoved,
                       .landmarks = {landmark},
                       .log_ratio = kLogCertain + std::log(odds_.shapes_per_error),
-                      .slip = fmt::format("it coincides with landmark {}", other + 1),
+                      .slip = coincidence_of(landmark),
                       .corrected = shape_};
       finding.corrected.col(landmark).setConstant(std::nan(""));
       consider(std::move(finding), 1);

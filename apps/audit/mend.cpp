@@ -68,8 +68,11 @@ std::string mended_text(const Finding& finding, const Landmarks& shape) {
   const auto is_missing = [&](int landmark) { return finding.corrected.col(landmark).hasNaN(); };
   switch (finding.problem) {
     case Problem::kExchanged:
-      return fmt::format("landmarks {} and {} exchanged", landmark_name(shape, finding.landmarks.at(0)),
-                         landmark_name(shape, finding.landmarks.at(1)));
+      return fmt::format("landmarks {} exchanged",
+                         finding.landmarks.size() == 2
+                             ? fmt::format("{} and {}", landmark_name(shape, finding.landmarks[0]),
+                                           landmark_name(shape, finding.landmarks[1]))
+                             : names);
     case Problem::kMoved:
     case Problem::kZero:
       if (std::any_of(finding.landmarks.begin(), finding.landmarks.end(), is_missing))

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <utility>
@@ -35,16 +36,23 @@ Landmarks drawn_reference(const AuditResults& results) {
   return reference;
 }
 
-// Kinds of which a picture of the shape as it is shows nothing: only what is mended can be drawn over the others.
-bool is_drawn_mended_alone(const std::vector<const Finding*>& findings) {
-  return std::any_of(findings.begin(), findings.end(),
-                     [](const Finding* finding) { return finding->problem == Problem::kUnit; });
+bool is_any(const std::vector<const Finding*>& findings, std::initializer_list<Problem> problems) {
+  return std::any_of(findings.begin(), findings.end(), [&](const Finding* finding) {
+    return std::find(problems.begin(), problems.end(), finding->problem) != problems.end();
+  });
 }
 
-std::vector<int> concerned_by(const std::vector<const Finding*>& findings) {
+// Another size would leave one of the two a dot: only what is mended is drawn over the others.
+bool is_drawn_mended_alone(const std::vector<const Finding*>& findings) { return is_any(findings, {Problem::kUnit}); }
+
+// Landmarks that are named. Another order of an outline concerns all of it.
+std::vector<int> concerned_by(const std::vector<const Finding*>& findings, int count) {
   std::vector<int> landmarks;
   for (const Finding* finding : findings)
-    landmarks.insert(landmarks.end(), finding->landmarks.begin(), finding->landmarks.end());
+    if (finding->landmarks.size() == 1 && is_any({finding}, {Problem::kReversed, Problem::kShifted}))
+      for (int a = 0; a < count; ++a) landmarks.push_back(a);
+    else
+      landmarks.insert(landmarks.end(), finding->landmarks.begin(), finding->landmarks.end());
   std::sort(landmarks.begin(), landmarks.end());
   landmarks.erase(std::unique(landmarks.begin(), landmarks.end()), landmarks.end());
   return landmarks;
@@ -57,21 +65,32 @@ bool can_be_aligned(const Points& points, const Points& reference) {
   return both > 2 && diameter(points) > 0;
 }
 
-// The shape on the template, in the pose of what is mended: that is not led astray by what is wrong.
-std::optional<draw::CorrectionPicture> picture_of(const AuditResults& results, const Landmarks& reference,
+Points posed(const Points& points, const Points& by, const Points& reference) {
+  return align(by, reference, AlignmentKind::kSimilarity).apply(points);
+}
+
+std::string mended_heading(const Points& shape, const Points& corrected) {
+  const auto missing = std::ssize(incomplete_points(corrected)) - std::ssize(incomplete_points(shape));
+  return missing > 0 ? fmt::format("mended, {} set as missing", counted(missing, "landmark")) : "mended";
+}
+
+// The shape on the template, in the pose of what is mended, which is not led astray by what is wrong. A mirror image
+// has no such pose.
+std::optional<draw::CorrectionPicture> picture_of(const Landmarks& shape, const Landmarks& reference,
                                                   const std::vector<const Finding*>& findings) {
-  draw::CorrectionPicture picture{reference, results.shape_of(*findings.front()).points, {}, concerned_by(findings), "",
-                                  ""};
+  draw::CorrectionPicture picture{reference, shape.points, {}, concerned_by(findings, shape.count()), "as it is", ""};
   for (const Finding* finding : findings)
     if (finding->corrected.size() > 0) picture.corrected = finding->corrected;
-  if (is_drawn_mended_alone(findings)) picture.shape = std::exchange(picture.corrected, {});
-  const Points& posed = picture.corrected.size() > 0 ? picture.corrected : picture.shape;
-  if (!can_be_aligned(posed, reference.points)) return std::nullopt;
-  const Alignment pose = align(posed, reference.points, AlignmentKind::kSimilarity);
-  picture.shape = pose.apply(picture.shape);
-  if (picture.corrected.size() > 0) picture.corrected = pose.apply(picture.corrected);
-  picture.shape_heading = is_drawn_mended_alone(findings) ? "in the size of the others" : "as it is";
-  picture.corrected_heading = "mended";
+  picture.corrected_heading = mended_heading(picture.shape, picture.corrected);
+  if (is_drawn_mended_alone(findings)) {
+    picture.shape = std::exchange(picture.corrected, {});
+    picture.shape_heading = "in the size of the others";
+  }
+  const Points best = picture.corrected.size() > 0 ? picture.corrected : picture.shape;
+  if (!can_be_aligned(best, reference.points)) return std::nullopt;
+  const bool is_alone = is_any(findings, {Problem::kMirrored, Problem::kAxes});
+  picture.shape = posed(picture.shape, is_alone ? picture.shape : best, reference.points);
+  if (picture.corrected.size() > 0) picture.corrected = posed(picture.corrected, best, reference.points);
   return picture;
 }
 
@@ -115,7 +134,7 @@ void add_drawings(html::HtmlReport& report, const AuditResults& results) {
     html::ReportSection section{shape.name, {}};
     for (const Finding* finding : findings)
       section.blocks.emplace_back(html::ReportParagraph{sentence_of(*finding, shape)});
-    if (const auto picture = picture_of(results, reference, findings))
+    if (const auto picture = picture_of(shape, reference, findings))
       section.blocks.emplace_back(
           html::ReportPicture{html::EncodedPicture{html::MediaType::kSvg, correction_svg(*picture)},
                               fmt::format("{} ({})", shape.name, shape.source)});

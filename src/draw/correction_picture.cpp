@@ -14,6 +14,7 @@ namespace {
 constexpr double kTallestCorrection = 560;  // of a panel, pixels
 constexpr double kLeastFlat = 0.2;          // height of a panel over its width
 constexpr double kFarOut = 1;               // of landmarks that are drawn, spans of the reference beyond it
+constexpr double kNameRoom = 0.04;          // beside the outermost landmarks, spans of the reference
 constexpr double kNameSize = 17;
 constexpr std::size_t kMostNamesBeside = 40;
 const Colour kWrong{kLightPalette.target};
@@ -24,8 +25,8 @@ Interval shown_range(const CorrectionPicture& picture, int row) {
   const Interval reference = range_of({&picture.reference.points}, row);
   Interval all = range_of({&picture.reference.points, &picture.shape}, row);
   if (picture.corrected.size() > 0) all = all.joined(range_of({&picture.reference.points, &picture.corrected}, row));
-  const double beyond = kFarOut * reference.span();
-  return {std::max(all.low, reference.low - beyond), std::min(all.high, reference.high + beyond)};
+  const double beyond = kFarOut * reference.span(), beside = kNameRoom * reference.span();
+  return {std::max(all.low, reference.low - beyond) - beside, std::min(all.high, reference.high + beyond) + beside};
 }
 
 View view_of(const CorrectionPicture& picture) {
@@ -63,11 +64,16 @@ void draw_reference(Canvas& canvas, const View& view, const CorrectionPicture& p
   canvas.dots(reference(Eigen::all, figure.marked), 0.8 * marks.dot, colour::kReference);
 }
 
-void draw_names(Canvas& canvas, const Points& pixels, const std::vector<int>& landmarks, const Landmarks& reference,
-                double ring, const Colour& colour) {
+bool is_within(const Box& box, const Eigen::Vector2d& place) {
+  return place.x() > box.left && place.x() < box.right() && place.y() > box.bottom && place.y() < box.top();
+}
+
+void draw_names(Canvas& canvas, const Box& window, const Points& pixels, const std::vector<int>& landmarks,
+                const Landmarks& reference, double ring, const Colour& colour) {
   if (landmarks.size() > kMostNamesBeside) return;
   std::vector<Box> taken;
   for (const int a : landmarks) {
+    if (!is_within(window, pixels.col(a))) continue;
     const std::string text =
         reference.labels.empty() ? std::to_string(reference.number(a)) : reference.labels[static_cast<std::size_t>(a)];
     const Box place =
@@ -90,7 +96,7 @@ void draw_over(Canvas& canvas, const View& view, const CorrectionPicture& pictur
   const double dot = concerned_dot(figure);
   const std::vector<int> present = present_in(points, picture.concerned);
   draw_marks(canvas, pixels(Eigen::all, present), dot, {colour}, 1.5);
-  draw_names(canvas, pixels, present, picture.reference, dot, colour);
+  draw_names(canvas, view.box, pixels, present, picture.reference, dot, colour);
 }
 
 void draw_arrows(Canvas& canvas, const View& view, const CorrectionPicture& picture, const Figure& figure) {
@@ -150,7 +156,8 @@ Canvas compose_correction(const CorrectionPicture& picture) {
                                   dot_entry("its landmarks", {colour::kResult})};
   if (!picture.concerned.empty()) legend.push_back(dot_entry("that look wrong", {kWrong}));
   if (has_two) legend.push_back(arrow_entry("to where they belong", kWrong));
-  if (has_two && !picture.concerned.empty()) legend.push_back(dot_entry("mended", {kMended}));
+  if (has_two && !present_in(picture.corrected, picture.concerned).empty())
+    legend.push_back(dot_entry("mended", {kMended}));
   draw_legend(canvas, legend);
   return canvas;
 }

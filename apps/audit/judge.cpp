@@ -143,6 +143,8 @@ AuditResults judge_shapes(std::vector<Landmarks> shapes, bool by_order) {
   else
     judge_by_first(results);
   note_limits(*first, results.notes);
+  const std::vector<std::string> of_names = notes_of_names(shapes);
+  results.notes.insert(results.notes.end(), of_names.begin(), of_names.end());
   return results;
 }
 

@@ -23,6 +23,7 @@
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/path_options.hpp"
+#include "shell/program.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -209,8 +210,8 @@ struct FileInfoOptions {
   formats::ReadOptions reading;
 };
 
-/// Whether the shapes are a cohort that an audit judges within half a second or so: for n shapes of N landmarks it takes
-/// 2 µs n N² in the plane, and twice that in space (measured for N from 12 to 220).
+/// Whether the shapes are a cohort that an audit judges within half a second or so: for n shapes of N landmarks it
+/// takes 2 µs n N² in the plane, and twice that in space (measured for N from 12 to 220).
 bool can_be_audited(const std::vector<Landmarks>& shapes) {
   constexpr std::size_t kFewest = 5, kMostLandmarks = 300;
   constexpr double kMostWork = 2e5;
@@ -225,7 +226,7 @@ void print_audit_hint(const std::string& address, const std::vector<Landmarks>& 
   try {
     const AuditResults results = judge_shapes(shapes, false);
     if (!results.audit.findings.empty())
-      print_text("{:<11} {}; pulson audit {}\n", "audit", audit_verdict(results), address);
+      print_text("{:<11} {}; pulson audit {}\n", "audit", audit_verdict(results), shell_word(address));
   } catch (const InputError&) {
     return;  // of which `pulson audit` says why
   }

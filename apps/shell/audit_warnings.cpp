@@ -8,6 +8,7 @@
 #include "audit/audit.hpp"
 #include "formats/shape_address.hpp"
 #include "messages.hpp"
+#include "program.hpp"
 #include "pulson/core/name_table.hpp"
 
 namespace pulson {
@@ -18,7 +19,7 @@ std::string audit_command(const std::vector<Landmarks>& shapes) {
   constexpr std::size_t kMostFiles = 2;
   std::vector<std::string> files;
   for (const Landmarks& shape : shapes)
-    if (std::string file = formats::file_of_address(shape.source); files.empty() || file != files.back())
+    if (std::string file = shell_word(formats::file_of_address(shape.source)); files.empty() || file != files.back())
       files.push_back(std::move(file));
   const bool are_many = files.size() > kMostFiles;
   files.resize(std::min(files.size(), kMostFiles));

@@ -166,12 +166,10 @@ TEST_F(AuditProgram, RefusesWhatItCannotJudgeOrMend) {
   expect_refused("none.tps", "none.tps");
 }
 
-TEST_F(AuditProgram, IsNamedByOtherVerbs) {
+TEST_F(AuditProgram, IsNamedByInfo) {
   write_leaves("leaves.tps", exchange);
   EXPECT_THAT(run(words("info leaves.tps")).out,
               HasSubstr("audit       1 of 8 specimens of 19 landmarks looks wrong; pulson audit leaves.tps\n"));
-  EXPECT_THAT(run(words("register leaves.tps#1 leaves.tps#5 -o out --no-picture --steps 2")).err,
-              HasSubstr("; pulson audit leaves.tps#1 leaves.tps#5\n"));
 }
 
 }  // namespace

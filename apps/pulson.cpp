@@ -12,6 +12,7 @@ namespace {
 void add_verbs(CLI::App& program, int& exit_code) {
   pulson::add_register_verb(program, exit_code);
   pulson::add_atlas_verb(program, exit_code);
+  pulson::add_audit_verb(program);
   pulson::add_warp_verb(program, exit_code);
   pulson::add_simulate_verb(program, exit_code);
   pulson::add_ensemble_verb(program, exit_code);

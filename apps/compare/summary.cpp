@@ -44,26 +44,7 @@ bool is_geodesic(const compare::CohortFit& fit) {
   return !has_noise;
 }
 
-// fmt counts bytes of UTF-8 for widths where locale is C; the columns here hold "±".
-std::string padded(const std::string& text, std::size_t width) {
-  const std::size_t letters = columns(text);
-  return text + std::string(width > letters ? width - letters : 1, ' ');
-}
-
 using Rows = std::vector<std::vector<std::string>>;
-
-// Each column as wide as its widest cell.
-void print_table(const Rows& rows) {
-  std::vector<std::size_t> widths(rows.front().size());
-  for (const auto& row : rows)
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], columns(row[i]) + 2);
-  for (const auto& row : rows) {
-    std::string line;
-    for (std::size_t i = 0; i < row.size(); ++i) line += padded(row[i], widths[i]);
-    line.erase(line.find_last_not_of(' ') + 1);
-    print_text("{}\n", line);
-  }
-}
 
 // Specifications of noise in the first column without digits that are not read.
 Rows with_short_names(Rows rows) {

@@ -1,6 +1,5 @@
 // `pulson convert`: landmarks from one format to another.
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
@@ -20,10 +19,10 @@
 #include "formats/shape_address.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
+#include "shell/cohort_shapes.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/path_options.hpp"
-#include "shell/picture_sizes.hpp"
 #include "shell/tables.hpp"
 #include "shell/verbs.hpp"
 
@@ -100,9 +99,6 @@ formats::LandmarkFile read_inputs(const ConvertArguments& arguments) {
     std::move(file.shapes.begin(), file.shapes.end(), std::back_inserter(all.shapes));
     std::move(file.warnings.begin(), file.warnings.end(), std::back_inserter(all.warnings));
   }
-  std::vector<Landmarks*> shapes;
-  for (Landmarks& shape : all.shapes) shapes.push_back(&shape);
-  find_picture_sizes(shapes);
   return all;
 }
 
@@ -135,18 +131,6 @@ void find_output(ConvertArguments& arguments) {
                                  arguments.output));
 }
 
-/// All but json count y of all shapes in one direction: that of the format, else that of the first shape.
-void put_in_one_direction(const formats::LandmarkFormat& format, formats::LandmarkFile& file,
-                          std::vector<std::string>& notes) {
-  const bool y_down = format.y_down.value_or(file.shapes.empty() || file.shapes.front().frame.y_down);
-  const auto reference = std::find_if(file.shapes.begin(), file.shapes.end(), [&](const Landmarks& shape) {
-    return shape.dimension() == 2 && shape.frame.y_down == y_down;
-  });
-  if (reference == file.shapes.end()) return;  // the writer converts all alike
-  const Landmarks first = *reference;
-  for (Landmarks& shape : file.shapes) shape = in_frame_of(first, shape, notes);
-}
-
 void convert(ConvertArguments arguments) {
   find_output(arguments);
   check_axes("--axes", arguments.axes);
@@ -155,7 +139,7 @@ void convert(ConvertArguments arguments) {
   check_output_file(arguments.output);
   formats::LandmarkFile file = read_inputs(arguments);
   std::vector<std::string> notes = std::move(file.warnings);
-  if (format.name != "json") put_in_one_direction(format, file, notes);
+  prepare_to_write(format, file, notes);
   const Interrupt until_written;
   for (std::string& loss : write_landmarks(arguments.output, file, format.name)) notes.push_back(std::move(loss));
   print_notes(notes);

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "atlas/facts.hpp"
+#include "audit/facts.hpp"
 #include "compare/facts.hpp"
 #include "register/facts.hpp"
 #include "shell/printing.hpp"
@@ -27,6 +28,7 @@ void print_columns() {
   print_facts("atlas: specimens.csv, \"specimens\" of atlas.json", specimen_facts());
   print_facts("atlas: modes.csv", mode_facts());
   print_facts("atlas: groups.csv", groups_facts());
+  print_facts("audit: audit.csv, \"findings\" of audit.json", finding_facts());
   print_facts("compare: models.csv, \"models\" of comparison.json", model_facts());
   print_facts("compare: shapes.csv", shape_facts());
 }

@@ -77,6 +77,21 @@ void put_in_order_of(const Landmarks& first, std::vector<Landmarks>& shapes, boo
   notes.insert(notes.end(), lines.begin(), lines.end());
 }
 
+void prepare_to_write(const formats::LandmarkFormat& format, formats::LandmarkFile& file,
+                      std::vector<std::string>& notes) {
+  std::vector<Landmarks*> all;
+  for (Landmarks& shape : file.shapes) all.push_back(&shape);
+  find_picture_sizes(all);
+  if (format.name == "json" || all.empty()) return;
+  const bool y_down = format.y_down.value_or(file.shapes.front().frame.y_down);
+  const auto reference = std::find_if(file.shapes.begin(), file.shapes.end(), [&](const Landmarks& shape) {
+    return shape.dimension() == 2 && shape.frame.y_down == y_down;
+  });
+  if (reference == file.shapes.end()) return;  // the writer converts all alike
+  const Landmarks first = *reference;
+  for (Landmarks& shape : file.shapes) shape = in_frame_of(first, shape, notes);
+}
+
 std::vector<std::string> notes_of_names(const std::vector<Landmarks>& shapes) {
   std::map<std::string_view, int> counts;
   for (const Landmarks& shape : shapes) ++counts[shape.name];

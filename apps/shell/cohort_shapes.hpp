@@ -22,6 +22,12 @@ void require_digitised(const Landmarks& shape);
 void put_in_order_of(const Landmarks& first, std::vector<Landmarks>& shapes, bool by_order,
                      std::vector<std::string>& notes);
 
+/// What a format needs before its text is made: all but json count y of all shapes in one direction, that of the
+/// format, else that of the first shape. `notes` get a line on each shape that is turned. @throws InputError as
+/// in_frame_of()
+void prepare_to_write(const formats::LandmarkFormat& format, formats::LandmarkFile& file,
+                      std::vector<std::string>& notes);
+
 /// The notes of one shape of many, and how many others have some.
 class CohortNotes {
  public:

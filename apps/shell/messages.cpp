@@ -86,6 +86,23 @@ void print_message(Style style, std::string_view name, std::string_view text) {
 
 }  // namespace
 
+std::string padded(const std::string& text, std::size_t width) {
+  const std::size_t letters = columns(text);  // fmt would count bytes
+  return text + std::string(width > letters ? width - letters : 1, ' ');
+}
+
+void print_table(const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> widths(rows.front().size());
+  for (const auto& row : rows)
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], columns(row[i]) + 2);
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) line += padded(row[i], widths[i]);
+    line.erase(line.find_last_not_of(' ') + 1);
+    print_text("{}\n", line);
+  }
+}
+
 std::string counted(std::int64_t count, std::string_view noun, std::string_view rest) {
   return fmt::format("{} {}{}{}{}", count, noun, count == 1 ? "" : "s", rest.empty() ? "" : " ", rest);
 }

@@ -32,6 +32,12 @@ std::size_t columns(std::string_view text);
 /// The first `count` characters of UTF-8 text, or all.
 std::string first_columns(std::string_view text, std::size_t count);
 
+/// The text with blanks up to the width in columns, at least one.
+std::string padded(const std::string& text, std::size_t width);
+
+/// Prints rows, one or more, each column as wide as its widest cell.
+void print_table(const std::vector<std::vector<std::string>>& rows);
+
 /// "1 pair of landmarks", "2 pairs of landmarks".
 std::string counted(std::int64_t count, std::string_view noun, std::string_view rest = {});
 

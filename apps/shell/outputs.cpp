@@ -42,11 +42,16 @@ void note_missing_font() {
   is_noted = true;
 }
 
-void OutputOptions::add_to(CLI::App& verb, const std::string& drawn) {
+CLI::Option* OutputOptions::add_files_to(CLI::App& verb) {
   begin_group(verb, kInputGroup);
-  writes_folder(verb.add_option("-o,--out", out, "folder for the results"))->required();
+  CLI::Option* folder = writes_folder(verb.add_option("-o,--out", out, "folder for the results"));
   writes_file(verb.add_option(
       "--json", json, "also write the record to this file; -: to standard output, with nothing else printed there"));
+  return folder;
+}
+
+void OutputOptions::add_to(CLI::App& verb, const std::string& drawn) {
+  add_files_to(verb)->required();
   begin_group(verb, kPictureGroup);
   verb.add_flag("--no-picture", no_picture, "do not draw " + drawn);
   begin_group(verb, more(kPictureGroup));

@@ -38,6 +38,8 @@ struct OutputOptions {
 
   /// `drawn` is what help calls the pictures: `paths.png and .svg`.
   void add_to(CLI::App& verb, const std::string& drawn);
+  /// `-o` and `--json` alone. @return the option of the folder, which need not be given
+  CLI::Option* add_files_to(CLI::App& verb);
 
   /// Of the picture that is `stem` without its extension, in the formats asked for.
   draw::PictureFiles picture_files(const std::filesystem::path& stem) const;

@@ -20,6 +20,9 @@ int run_program(int argc, char** argv, const std::function<void(CLI::App& progra
 /// run_program().
 const std::string& command_line();
 
+/// A word as a shell reads it, in quotes where it has to be.
+std::string shell_word(std::string_view word);
+
 /// What `--version` prints: "pulson 0.1.0", then vector code, compiler, threads and libraries, a line each.
 std::string build_facts();
 

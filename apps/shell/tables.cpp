@@ -20,11 +20,17 @@ bool makes_tables_safe() { return for_spreadsheets; }
 
 std::string as_table(std::string csv) { return for_spreadsheets ? text::spreadsheet_safe(csv) : std::move(csv); }
 
+formats::WrittenLandmarks text_to_write(const std::filesystem::path& path, const formats::LandmarkFile& file,
+                                        const formats::LandmarkFormat& format) {
+  formats::WrittenLandmarks written = text_of_landmarks(path, file, format);
+  if (format.name == "csv") written.text = as_table(std::move(written.text));
+  return written;
+}
+
 std::vector<std::string> write_landmarks(const std::filesystem::path& path, const formats::LandmarkFile& file,
                                          std::string_view format) {
-  const formats::LandmarkFormat& row = formats::landmark_format_to_write(path, format);
-  formats::WrittenLandmarks written = text_of_landmarks(path, file, row);
-  write_file_atomically(path, row.name == "csv" ? as_table(std::move(written.text)) : written.text);
+  formats::WrittenLandmarks written = text_to_write(path, file, formats::landmark_format_to_write(path, format));
+  write_file_atomically(path, written.text);
   return std::move(written.losses);
 }
 

@@ -20,6 +20,10 @@ bool makes_tables_safe();
 /// The text of a table as it is to be written: with --spreadsheet-safe, text::spreadsheet_safe() of it.
 std::string as_table(std::string csv);
 
+/// text_of_landmarks(), and as_table() where the format is csv.
+formats::WrittenLandmarks text_to_write(const std::filesystem::path& path, const formats::LandmarkFile& file,
+                                        const formats::LandmarkFormat& format);
+
 /// write_landmark_file(), and as_table() where the format is csv.
 std::vector<std::string> write_landmarks(const std::filesystem::path& path, const formats::LandmarkFile& file,
                                          std::string_view format = {});

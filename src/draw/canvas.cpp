@@ -94,6 +94,8 @@ double Canvas::scale_of(const std::optional<double>& width) const {
   return width ? *width / kMillimetresPerInch * kPixelsPerInch / this->width() : 1;
 }
 
+std::string Canvas::svg() const { return svg_of(drawing_, 1); }
+
 std::string Canvas::png(const std::optional<double>& width, double dpi) const {
   return png_of(drawing_, scale_of(width) * dpi / kPixelsPerInch);
 }

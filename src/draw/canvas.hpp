@@ -58,6 +58,9 @@ class Canvas {
   /// Writes the files once all of them are drawn. @throws InputError if one is too large or cannot be written
   void write(const PictureFiles& files) const;
 
+  /// The bytes of an svg of its own size. @throws InputError if it is too large
+  std::string svg() const;
+
   /// The bytes of a png of that width and resolution. @throws InputError if it is too large
   std::string png(const std::optional<double>& width, double dpi) const;
 

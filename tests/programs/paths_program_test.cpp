@@ -272,6 +272,7 @@ TEST_F(PathsOfProgram, AreEitherReadOrWritten) {
   register_pair();
   const std::map<std::string, std::string> smallest = {{"register", "register a.csv b.csv -o new --steps 0"},
                                                        {"atlas", "atlas a.csv b.csv -o new --steps 0"},
+                                                       {"audit", "audit a.csv b.csv -o new"},
                                                        {"warp", "warp fit a.csv --size 0x0 -o new.csv"},
                                                        {"simulate", "simulate --shape a.csv --steps 0 -o new"},
                                                        {"ensemble", "ensemble --shape a.csv --steps 0 -o new"},

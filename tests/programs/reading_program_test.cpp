@@ -88,7 +88,7 @@ TEST_F(ReadingProgram, TakesACurveAndAScale) {
 }
 
 TEST_F(ReadingProgram, HasTheSameOptionsInEveryVerbThatReads) {
-  for (const char* verb : {"register", "compare", "warp", "simulate", "ensemble", "convert", "info"}) {
+  for (const char* verb : {"register", "audit", "compare", "warp", "simulate", "ensemble", "convert", "info"}) {
     const std::string help = done(std::string(verb) + " --help-all").out;
     for (const char* option :
          {"--missing", "--format", "--columns", "--dim", "--landmarks", "--curves", "--scale", "--links", "-q,--quiet"})

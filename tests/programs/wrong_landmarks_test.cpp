@@ -58,7 +58,8 @@ TEST_F(WrongLandmarks, ThatAreExchangedAreNamed) {
                 HasSubstr("warning: specimen 'leaf_5' (leaves.csv#5): landmarks 10 and 17 look exchanged"))
         << line;
   EXPECT_THAT(run_line("register leaves.csv#1 leaves.csv#5").err,
-              HasSubstr("leaves.csv#5: landmarks 10 and 17 look exch"));
+              AllOf(HasSubstr("leaves.csv#5: landmarks 10 and 17 look exch"),
+                    HasSubstr("; pulson audit leaves.csv#1 leaves.csv#5\n")));
   EXPECT_THAT(run_line("register leaves.csv#1 leaves.csv#2").err, Not(HasSubstr("look")));
 }
 

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "shell/options.hpp"
+#include "shell/outputs.hpp"
+
+namespace pulson {
+
+/// The command line of `pulson audit`.
+struct AuditArguments {
+  std::vector<std::string> files;
+  formats::ReadOptions reading;
+  bool by_order = false;
+  OutputOptions output;
+  std::string fix;
+
+  void add_to(CLI::App& verb);
+};
+
+}  // namespace pulson

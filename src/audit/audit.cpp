@@ -195,10 +195,11 @@ class CohortAudit {
   void judge_all() {
     const Points mean = robust_mean(points_);
     restore_codes(mean);
+    const ShapeDirections directions(mean);
     std::vector<bool> accused(points_.size(), false);
     std::vector<std::vector<Finding>> found(points_.size());
     for (int fit = 0; fit <= kRefits; ++fit) {
-      const CohortLaw law(points_, mean, accused);
+      const CohortLaw law(points_, directions, accused);
       parallel_for(static_cast<int>(points_.size()), [&](int i) {
         const auto at = static_cast<std::size_t>(i);
         found[at] = judge_one(law, at, fit < kRefits ? kSuspected : kFound);

@@ -40,38 +40,46 @@ double log_gamma_ratio(double a, double b, Index m) {
   return sum;
 }
 
-// The kernel of greatest Gaussian likelihood of this scatter, times its scale g.
-MatrixXd best_covariance(const Points& reference, const MatrixXd& directions, const MatrixXd& scatter, double count) {
-  const auto m = static_cast<double>(directions.cols());
-  MatrixXd best;
-  double most = -std::numeric_limits<double>::infinity();
-  for (const MatrixXd& kernel : kernel_covariances(reference)) {
-    MatrixXd covariance = directions.transpose() * on_each_axis(kernel, reference.rows()) * directions;
-    const Eigen::LLT<MatrixXd> factors(covariance);
-    const double g = factors.solve(scatter).trace() / (count * m);
-    const double likelihood =
-        -count * (factors.matrixLLT().diagonal().array().log().sum() + m / 2 * std::log(g));
-    if (likelihood > most) most = likelihood, best = g * covariance;
+// The covariance of greatest Gaussian likelihood of this scatter, times its scale g.
+MatrixXd best_covariance(const std::vector<ShapeDirections::Kernel>& kernels, const MatrixXd& scatter, double count) {
+  const auto m = static_cast<double>(scatter.rows());
+  const ShapeDirections::Kernel* best = nullptr;
+  double most = -std::numeric_limits<double>::infinity(), scale = 1;
+  for (const ShapeDirections::Kernel& kernel : kernels) {
+    const double g = kernel.precision.cwiseProduct(scatter).sum() / (count * m);
+    const double likelihood = -count / 2 * (kernel.log_determinant + m * std::log(g));
+    if (likelihood > most) most = likelihood, best = &kernel, scale = g;
   }
-  return best;
+  return scale * best->precision.llt().solve(MatrixXd::Identity(scatter.rows(), scatter.cols()));
 }
 
 }  // namespace
 
-CohortLaw::CohortLaw(const std::vector<Points>& shapes, const Points& reference, const std::vector<bool>& accused)
-    : reference_(reference),
-      displacements_(reference.size(), static_cast<Index>(shapes.size())),
+ShapeDirections::ShapeDirections(const Points& reference_shape)
+    : reference(reference_shape), basis(directions_of_shape(reference_shape)) {
+  for (const MatrixXd& kernel : kernel_covariances(reference)) {
+    const MatrixXd covariance = basis.transpose() * on_each_axis(kernel, reference.rows()) * basis;
+    const Eigen::LLT<MatrixXd> factors(covariance);
+    kernels.push_back({factors.solve(MatrixXd::Identity(basis.cols(), basis.cols())),
+                       2 * factors.matrixLLT().diagonal().array().log().sum()});
+  }
+}
+
+CohortLaw::CohortLaw(const std::vector<Points>& shapes, const ShapeDirections& shape_directions,
+                     const std::vector<bool>& accused)
+    : directions_of_mean_(&shape_directions),
+      reference_(shape_directions.reference),
+      displacements_(reference_.size(), static_cast<Index>(shapes.size())),
       is_accused_(accused) {
   weights_.resize(displacements_.cols());
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     weights_[static_cast<Index>(i)] = accused[i] ? 0 : 1;
     std::vector<int>& missing = missing_.emplace_back();
-    for (int a = 0; a < reference.cols(); ++a)
+    for (int a = 0; a < reference_.cols(); ++a)
       if (!shapes[i].col(a).allFinite()) missing.push_back(a);
-    const Points apart = robustly_aligned(shapes[i], reference) - reference;
+    const Points apart = robustly_aligned(shapes[i], reference_) - reference_;
     displacements_.col(static_cast<Index>(i)) = apart.reshaped().array().isNaN().select(0, apart.reshaped());
   }
-  directions_ = directions_of_shape(reference_);
   for (int round = 0; round < kFitRounds; ++round) {
     fit();
     fill_in();
@@ -112,9 +120,9 @@ void CohortLaw::fit() {
   const VectorXd mean = displacements_ * weights_ / count;
   reference_ += mean.reshaped(reference_.rows(), reference_.cols());
   displacements_.colwise() -= mean;
-  const MatrixXd z = directions_.transpose() * displacements_;
+  const MatrixXd z = directions().transpose() * displacements_;
   const MatrixXd scatter = z * weights_.asDiagonal() * z.transpose();
-  const MatrixXd covariance = best_covariance(reference_, directions_, scatter, count);
+  const MatrixXd covariance = best_covariance(directions_of_mean_->kernels, scatter, count);
   const Eigen::LLT<MatrixXd> factors(covariance);
   const MatrixXd half = factors.matrixL().solve(scatter);
   const VectorXd values =
@@ -132,7 +140,7 @@ void CohortLaw::fit() {
   }
   prior_degrees_ = best + static_cast<double>(m) + 1;
   const Eigen::LLT<MatrixXd> all(best * covariance + scatter);
-  precision_ = directions_ * all.solve(directions_.transpose());
+  precision_ = directions() * all.solve(directions().transpose());
   log_determinant_ = 2 * all.matrixLLT().diagonal().array().log().sum();
 }
 
@@ -142,7 +150,7 @@ LandmarkLaw::Member CohortLaw::member_without(std::size_t i) const {
   const VectorXd along = precision_ * displacements_.col(place);
   const double square = displacements_.col(place).dot(along);
   const double weight = own * all / others;  // about the mean of the others
-  const auto m = static_cast<double>(directions_.cols());
+  const auto m = static_cast<double>(directions().cols());
   // the mean covariance is A/(ν0 + W − m − 1), and that of a new shape has the error of the mean as well
   const double factor = (prior_degrees_ + others - 1 - m - 1) * others / (others + 1);
   LandmarkLaw::Member member;
@@ -158,19 +166,19 @@ LandmarkLaw CohortLaw::law_without(std::size_t i) const {
   mean.reshaped() -= own / others * displacements_.col(place);
   LandmarkLaw::Member member = member_without(i);
   member.log_constant += degrees_ / 2 * std::log(degrees_ * scale_) - std::lgamma(degrees_ / 2);
-  LandmarkLaw law(std::move(mean), {std::move(member)}, static_cast<double>(directions_.cols()), degrees_,
+  LandmarkLaw law(std::move(mean), {std::move(member)}, static_cast<double>(directions().cols()), degrees_,
                   degrees_ * scale_);
   law.set_tail(tail_);
   return law;
 }
 
 double CohortLaw::typical_distance() const {
-  const Eigen::VectorXd distances = (directions_.transpose() * displacements_).colwise().norm().transpose();
+  const Eigen::VectorXd distances = (directions().transpose() * displacements_).colwise().norm().transpose();
   return median_of({distances.begin(), distances.end()}) / std::sqrt(static_cast<double>(reference_.cols()));
 }
 
 void CohortLaw::fit_tails() {
-  const auto m = static_cast<double>(directions_.cols());
+  const auto m = static_cast<double>(directions().cols());
   std::vector<std::size_t> sound;
   for (std::size_t i = 0; i < is_accused_.size(); ++i)
     if (!is_accused_[i]) sound.push_back(i);

@@ -26,6 +26,15 @@ std::string named(const Finding& finding, const Landmarks& shape) {
   return count > shown ? fmt::format("{} and {} more", text, count - shown) : text;
 }
 
+// The first landmark of the run has no position, and the position of the last one belongs nowhere.
+std::string reason_of_shift(const Finding& finding, const Landmarks& shape) {
+  const int without_place = finding.landmarks.front(), junk = finding.landmarks.back();
+  const bool is_at_end = without_place == 0 || without_place == shape.count() - 1;
+  if (is_at_end && junk > 0 && junk < shape.count() - 1)
+    return fmt::format("the point of {} were one too many", shape.describe(junk));
+  return fmt::format("{} had been left out", shape.describe(without_place));
+}
+
 }  // namespace
 
 std::string_view problem_name(Problem problem) {
@@ -46,6 +55,9 @@ std::string describe(const Finding& finding, const Landmarks& shape) {
       return fmt::format("its landmarks look to be in reverse order, from {} backwards {}", landmark(0),
                          without(finding));
     case Problem::kShifted:
+      if (finding.landmarks.size() > 1)
+        return fmt::format("landmarks {} to {} look shifted by one, as if {} {}", landmark(0),
+                           landmark(finding.landmarks.size() - 1), reason_of_shift(finding, shape), without(finding));
       return fmt::format("its landmarks look shifted, the first one to {} {}", landmark(0), without(finding));
     case Problem::kMirrored:
       return fmt::format("it looks mirrored {}", without(finding));

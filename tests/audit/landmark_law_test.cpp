@@ -97,9 +97,10 @@ TEST(CohortLaw, DependsOnAShapeOnlyThroughItsFittedNumbers) {
   std::vector<Points> shapes;
   for (int seed = 10; seed < 40; ++seed) shapes.push_back(mean + 0.02 * random_points(seed, 2, 7));
   std::vector<bool> accused(shapes.size(), false);
-  const LandmarkLaw left_out = CohortLaw(shapes, mean, accused).law_without(3);
+  const ShapeDirections directions(mean);
+  const LandmarkLaw left_out = CohortLaw(shapes, directions, accused).law_without(3);
   accused[3] = true;
-  const LandmarkLaw unseen = CohortLaw(shapes, mean, accused).law_without(3);
+  const LandmarkLaw unseen = CohortLaw(shapes, directions, accused).law_without(3);
   EXPECT_LT((left_out.reference() - unseen.reference()).norm(), 2e-3 * unseen.reference().norm());
   const VectorXd y = displacement_of(7, mean);
   const double one = y.dot(left_out.members()[0].precision * y), other = y.dot(unseen.members()[0].precision * y);

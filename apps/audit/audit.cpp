@@ -22,6 +22,7 @@ std::vector<AuditedFile> read_files(const AuditArguments& arguments, std::vector
   for (const std::string& address : arguments.files) {
     files.push_back({address, read_addressed_shapes(address, arguments.reading), first});
     const formats::LandmarkFile& read = files.back().contents;
+    log_step(fmt::format("read {}: {}", address, read.format));
     notes.insert(notes.end(), read.warnings.begin(), read.warnings.end());
     first += read.shapes.size();
   }
@@ -39,6 +40,7 @@ void check_audit_outputs(const OutputOptions& output) {
 void write_audit(const AuditArguments& arguments, const AuditResults& results, const MendedFiles* mended) {
   const OutputOptions& output = arguments.output;
   if (output.out.empty()) {
+    const Interrupt until_written;
     if (mended != nullptr) mended->write();
     return output.write_json(audit_json(results));
   }
@@ -56,6 +58,7 @@ void run_audit(const AuditArguments& arguments) {
   std::vector<AuditedFile> files = read_files(arguments, notes);
   check_audit_outputs(arguments.output);
   AuditResults results = judge_shapes(shapes_of(files), arguments.by_order);
+  log_step(fmt::format("judged {}", counted(results.judged_count(), "shape")));
   results.notes.insert(results.notes.begin(), notes.begin(), notes.end());
   results.notes = without_repeats(results.notes);
   std::unique_ptr<MendedFiles> mended;

@@ -89,17 +89,25 @@ Points robust_mean(const std::vector<Points>& shapes) {
   return mean;
 }
 
-// Sizes that differ from most by much more than these differ from one another, and by more than shapes of one kind do.
+// Sizes that differ from most by much more than these differ from one another, and by more than shapes of one kind do; or
+// by less, where the factor between two units explains it.
 std::vector<Finding> other_units(const std::vector<Points>& shapes) {
   constexpr double kLeastFactor = 5, kDeviations = 8, kNormal = 1.4826;  // median absolute deviation to standard one
+  constexpr double kFromMost = 5, kNearMost = 2.5;                       // before and after a known factor is undone
+  constexpr std::array kFactors = {2.54, 10.0, 25.4, 100.0, 1000.0};
   std::vector<double> sizes, apart;
-  for (const Points& shape : shapes) sizes.push_back(std::log(middle_radius(observed_of(shape, observed_in_both(shape, shape)))));
+  for (const Points& shape : shapes)
+    sizes.push_back(std::log(middle_radius(observed_of(shape, observed_in_both(shape, shape)))));
   const double middle = median_of(sizes);
   for (const double size : sizes) apart.push_back(std::abs(size - middle));
-  const double least = std::max(std::log(kLeastFactor), kDeviations * kNormal * median_of(apart));
+  const double deviation = kNormal * median_of(apart);
+  const double least = std::max(std::log(kLeastFactor), kDeviations * deviation);
   std::vector<Finding> found;
   for (std::size_t i = 0; i < shapes.size(); ++i) {
-    if (apart[i] <= least) continue;
+    const bool is_known = std::any_of(kFactors.begin(), kFactors.end(), [&](double factor) {
+      return std::abs(apart[i] - std::log(factor)) <= kNearMost * deviation;
+    });
+    if (apart[i] <= least && !(is_known && apart[i] > kFromMost * deviation)) continue;
     const double factor = std::exp(sizes[i] - middle);
     found.push_back({.problem = Problem::kUnit,
                      .specimen = static_cast<int>(i),
@@ -153,7 +161,10 @@ class CohortAudit {
       points(Eigen::all, codes_[i]).setConstant(std::nan(""));
       if (is_at_one_place(points)) {
         if (!observed_in_both(shapes[i].points, shapes[i].points).empty())
-          add({.problem = Problem::kUndigitised, .specimen = static_cast<int>(i), .log_odds = kLogCertain});
+          add({.problem = Problem::kUndigitised,
+               .specimen = static_cast<int>(i),
+               .log_odds = kLogCertain,
+               .corrected = Points::Constant(points.rows(), points.cols(), std::nan(""))});
         continue;
       }
       place_.push_back(i);

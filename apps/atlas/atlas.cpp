@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "arguments.hpp"
-#include "columns.hpp"
 #include "core/atomic_file.hpp"
 #include "core/paths.hpp"
 #include "core/text.hpp"
@@ -20,6 +19,7 @@
 #include "shell/path_options.hpp"
 #include "shell/ranks.hpp"
 #include "shell/run_results.hpp"
+#include "shell/specimen_columns.hpp"
 #include "shell/units.hpp"
 #include "shell/verbs.hpp"
 

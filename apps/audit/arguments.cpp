@@ -18,6 +18,10 @@ void AuditArguments::add_to(CLI::App& verb) {
   writes_file(verb.add_option("--fix", fix,
                               "write a copy of FILES without the errors that were found and can be mended; of several "
                               "files FOLDER/, for copies of the same names"));
+  reads_column(verb.add_option("--repeats", repeats,
+                               "measure the error of digitising from specimens digitised more than once: a column of a "
+                               "csv file, or a comment of the shapes, that says of which specimen each is; names: "
+                               "shapes of one name are of one"));
   add_flip_option(verb, reading);
   begin_group(verb, kPictureGroup);
   verb.add_flag("--no-picture", output.no_picture, "do not draw accused specimens on the page");

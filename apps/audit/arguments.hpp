@@ -15,6 +15,7 @@ struct AuditArguments {
   bool by_order = false;
   OutputOptions output;
   std::string fix;
+  std::string repeats;  ///< FILE:COLUMN, a comment of the shapes, or `names`
 
   void add_to(CLI::App& verb);
 };

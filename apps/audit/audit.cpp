@@ -7,10 +7,12 @@
 #include "arguments.hpp"
 #include "core/atomic_file.hpp"
 #include "mend.hpp"
+#include "pulson/core/errors.hpp"
 #include "results.hpp"
 #include "shell/messages.hpp"
 #include "shell/path_options.hpp"
 #include "shell/run_results.hpp"
+#include "shell/specimen_columns.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -29,9 +31,11 @@ std::vector<AuditedFile> read_files(const AuditArguments& arguments, std::vector
   return files;
 }
 
-void check_audit_outputs(const OutputOptions& output) {
+void check_audit_outputs(const OutputOptions& output, bool with_repeats) {
   if (!output.out.empty())
-    output.check({"audit.json", "audit.csv", "report.html"}, {});
+    output.check(with_repeats ? std::vector<std::string>{"audit.json", "audit.csv", "covariances.csv", "report.html"}
+                              : std::vector<std::string>{"audit.json", "audit.csv", "report.html"},
+                 {});
   else if (!output.json.empty() && output.json != "-")
     check_output_file(output.json);
 }
@@ -46,6 +50,7 @@ void write_audit(const AuditArguments& arguments, const AuditResults& results, c
   }
   RunResults staged(output);
   staged.add("audit.csv", findings_csv(results));
+  if (results.repeats) staged.add("covariances.csv", covariances_csv(results));
   staged.commit("audit.json", audit_json(results));
   if (mended != nullptr) staged.write_outside([&] { mended->write(); });
   staged.add_page([&] { return audit_report(results, !output.no_picture); });
@@ -53,12 +58,33 @@ void write_audit(const AuditArguments& arguments, const AuditResults& results, c
   if (output.prints()) staged.print_written();
 }
 
+// Of the shapes in which nothing looks wrong and nothing is missing: one gross error would be taken for all of them.
+void measure_repeats(const AuditArguments& arguments, AuditResults& results) {
+  std::vector<bool> is_left_out(results.shapes.size(), false);
+  for (const audit::Finding& finding : results.audit.findings)
+    is_left_out[static_cast<std::size_t>(finding.specimen)] = true;
+  std::vector<Landmarks> shapes;
+  for (std::size_t i = 0; i < results.shapes.size(); ++i)
+    if (!is_left_out[i] && results.shapes[i].shape.points.allFinite()) shapes.push_back(results.shapes[i].shape);
+  if (shapes.empty()) throw InputError("--repeats: no shape is complete and without a finding");
+  std::vector<std::string> specimens;
+  if (arguments.repeats == "names")
+    for (const Landmarks& shape : shapes) specimens.push_back(shape.name);
+  else
+    specimens = groups_of({arguments.repeats, "--repeats", arguments.by_order}, shapes, results.notes);
+  if (shapes.size() < results.shapes.size())
+    results.notes.push_back(fmt::format("--repeats: {} of {} shapes, which look wrong or miss landmarks, are left out",
+                                        results.shapes.size() - shapes.size(), results.shapes.size()));
+  results.repeats = audit::repeatability(shapes, specimens);
+}
+
 void run_audit(const AuditArguments& arguments) {
   std::vector<std::string> notes;
   std::vector<AuditedFile> files = read_files(arguments, notes);
-  check_audit_outputs(arguments.output);
+  check_audit_outputs(arguments.output, !arguments.repeats.empty());
   AuditResults results = judge_shapes(shapes_of(files), arguments.by_order);
   log_step(fmt::format("judged {}", counted(results.judged_count(), "shape")));
+  if (!arguments.repeats.empty()) measure_repeats(arguments, results);
   results.notes.insert(results.notes.begin(), notes.begin(), notes.end());
   results.notes = without_repeats(results.notes);
   std::unique_ptr<MendedFiles> mended;

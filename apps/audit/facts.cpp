@@ -79,6 +79,28 @@ const Facts<FindingRow>& finding_facts() {
   return facts;
 }
 
+const Facts<RepeatRow>& repeat_facts() {
+  using R = RepeatRow;
+  static const Facts<R> facts = {
+      {"landmark", "landmark", "its label, or its number from 1", "",
+       [](const R& r) { return landmark_name(r.results->shapes.front().shape, r.landmark); }},
+      {"sigma", "sigma", "standard deviation of its coordinates from one digitising to the next, length units",
+       "{:.4g}", [](const R& r) { return r.results->repeats->sigmas[r.landmark]; }},
+      {"bias", "bias", "root mean square distance of the sessions' means from their mean, length units", "{:.4g}",
+       [](const R& r) {
+         const auto& bias = r.results->repeats->bias;
+         return bias ? bias->distances[r.landmark] : text::kMissing;
+       }}};
+  return facts;
+}
+
+std::vector<RepeatRow> repeat_rows(const AuditResults& results) {
+  std::vector<RepeatRow> rows;
+  if (!results.repeats) return rows;
+  for (int a = 0; a < results.shapes.front().shape.count(); ++a) rows.push_back({&results, a});
+  return rows;
+}
+
 std::vector<FindingRow> finding_rows(const AuditResults& results) {
   std::vector<FindingRow> rows;
   for (const Finding& finding : results.audit.findings) rows.push_back({&results, &finding});

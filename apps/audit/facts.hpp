@@ -18,6 +18,15 @@ struct FindingRow {
 const Facts<FindingRow>& finding_facts();
 std::vector<FindingRow> finding_rows(const AuditResults& results);
 
+/// What repeats say of one landmark.
+struct RepeatRow {
+  const AuditResults* results;
+  int landmark;
+};
+
+const Facts<RepeatRow>& repeat_facts();
+std::vector<RepeatRow> repeat_rows(const AuditResults& results);
+
 /// What is known beside the kind: what was probably typed, or how many times as large it is; else empty.
 std::string detail_of(const audit::Finding& finding);
 

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "audit/audit.hpp"
+#include "audit/repeats.hpp"
 #include "pulson/core/landmarks.hpp"
 
 namespace pulson {
@@ -27,6 +29,7 @@ struct AuditResults {
   audit::Audit audit;        ///< its specimens are places in `shapes`
   bool is_of_cohort = true;  ///< else each but the first was judged by the first alone
   std::vector<ShapeNotJudged> not_judged;
+  std::optional<audit::Repeatability> repeats;
   std::vector<std::string> notes;
 
   /// How many were judged: the first is not where it is what others are judged by.

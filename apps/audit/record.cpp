@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "audit/facts.hpp"
+#include "core/csv_table.hpp"
 #include "pulson/core/version.hpp"
 #include "records/record_text.hpp"
 #include "results.hpp"
@@ -31,7 +32,49 @@ Json finding_json(const FindingRow& row) {
   return json;
 }
 
+Json repeats_json(const AuditResults& results) {
+  const audit::Repeatability& repeats = *results.repeats;
+  Json json{{"specimens", repeats.specimens}, {"shapes", repeats.shapes}, {"sigma", repeats.sigma}};
+  if (const auto& bias = repeats.bias)
+    json["bias"] = {{"sessions", bias->sessions},
+                    {"specimens", bias->specimens},
+                    {"distance", bias->distance},
+                    {"p", bias->p},
+                    {"permutations", bias->permutations}};
+  json["landmarks"] = Json::array();
+  for (const RepeatRow& row : repeat_rows(results)) {
+    Json landmark;
+    for (const Fact<RepeatRow>& fact : repeat_facts()) {
+      add_fact(landmark, fact.key, fact.value(row));
+      if (is_missing(fact.value(row))) landmark[std::string(fact.key)] = nullptr;
+    }
+    Json& covariance = landmark["covariance"] = Json::array();
+    for (const auto& line : repeats.covariances[static_cast<std::size_t>(row.landmark)].rowwise())
+      covariance.push_back(std::vector<double>(line.begin(), line.end()));
+    json["landmarks"].push_back(std::move(landmark));
+  }
+  return json;
+}
+
 }  // namespace
+
+std::string covariances_csv(const AuditResults& results) {
+  const std::vector<Eigen::MatrixXd>& covariances = results.repeats->covariances;
+  const Eigen::Index d = covariances.front().rows();
+  text::CsvTable table;
+  table.word("landmark");
+  for (Eigen::Index i = 0; i < d; ++i)
+    for (Eigen::Index j = i; j < d; ++j) table.word(fmt::format("{}{}", "xyz"[i], "xyz"[j]));
+  table.end_row();
+  for (const RepeatRow& row : repeat_rows(results)) {
+    table.text(landmark_name(results.shapes.front().shape, row.landmark));
+    const Eigen::MatrixXd& covariance = covariances[static_cast<std::size_t>(row.landmark)];
+    for (Eigen::Index i = 0; i < d; ++i)
+      for (Eigen::Index j = i; j < d; ++j) table.number(covariance(i, j));
+    table.end_row();
+  }
+  return std::move(table).take();
+}
 
 std::string audit_json(const AuditResults& results) {
   Json json{{"specimens", results.judged_count()},
@@ -43,6 +86,7 @@ std::string audit_json(const AuditResults& results) {
   for (const FindingRow& row : finding_rows(results)) json["findings"].push_back(finding_json(row));
   for (const ShapeNotJudged& shape : results.not_judged)
     json["not_judged"].push_back({{"specimen", shape.specimen}, {"source", shape.source}, {"reason", shape.reason}});
+  if (results.repeats) json["repeats"] = repeats_json(results);
   json["notes"] = in_option_words(results.notes);
   json["version"] = version();
   return records::record_text(json);

@@ -160,6 +160,13 @@ html::HtmlReport audit_report(const AuditResults& results, bool is_drawn) {
                   results.is_of_cohort ? "the others" : results.shapes.front().shape.source, prior_text(results)),
       {}, results.notes);
   if (!results.audit.findings.empty()) report.sections.push_back({"Findings", {findings_table(finding_rows(results))}});
+  if (results.repeats)
+    report.sections.push_back(
+        {"Error of digitising",
+         {report_table(repeat_facts(), repeat_rows(results),
+                       fmt::format("From {} of {} that were digitised more than once: sigma {:.3g} for all landmarks.",
+                                   counted(results.repeats->shapes, "shape"),
+                                   counted(results.repeats->specimens, "specimen"), results.repeats->sigma))}});
   if (!results.not_judged.empty()) report.sections.push_back({"Not judged", {table_of_not_judged(results)}});
   const Landmarks& first = results.shapes.front().shape;
   if (is_drawn && first.dimension() > 1 && results.audit.reference.cols() == first.count() &&

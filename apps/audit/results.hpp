@@ -11,6 +11,9 @@ namespace pulson {
 std::string audit_json(const AuditResults& results);
 std::string findings_csv(const AuditResults& results);
 
+/// The covariances of landmarks, as --covariances reads them.
+std::string covariances_csv(const AuditResults& results);
+
 /// "2 of 40 specimens of 12 landmarks look wrong", or "nothing looks wrong with 40 specimens of 12 landmarks"
 std::string audit_verdict(const AuditResults& results);
 /// "one shape in 50 has an error"

@@ -42,11 +42,27 @@ std::string prior_text(const AuditResults& results) {
   return fmt::format("one shape in {:.0f} has an error", results.audit.shapes_per_error);
 }
 
+void print_repeats(const AuditResults& results) {
+  const audit::Repeatability& repeats = *results.repeats;
+  const Landmarks& first = results.shapes.front().shape;
+  int best = 0, worst = 0;
+  const double least = repeats.sigmas.minCoeff(&best), most = repeats.sigmas.maxCoeff(&worst);
+  print_text(
+      "repeats    {} of {}: sigma {:.3g}, {:.2g} % of the diameter; from {:.3g} at landmark {} to {:.3g} at {}\n",
+      counted(repeats.shapes, "shape"), counted(repeats.specimens, "specimen"), repeats.sigma,
+      100 * repeats.sigma / diameter(first.points), least, first.describe(best), most, first.describe(worst));
+  if (const auto& bias = repeats.bias)
+    print_text("bias       {} of {} differ by {:.3g} (p = {:.2g}, {} permutations)\n",
+               counted(bias->sessions, "session"), counted(bias->specimens, "specimen"), bias->distance, bias->p,
+               bias->permutations);
+}
+
 void print_audit(const AuditResults& results) {
   print_text("audit      {}\n", audit_verdict(results));
   print_text("prior      {}; judged by {}\n", prior_text(results),
              results.is_of_cohort ? "the other shapes" : results.shapes.front().shape.source);
   if (!results.audit.findings.empty()) print_table(finding_table(finding_rows(results)));
+  if (results.repeats) print_repeats(results);
   for (const ShapeNotJudged& shape : results.not_judged)
     print_text("not judged {} ({}): {}\n", shape.specimen, shape.source, shape.reason);
 }

@@ -29,6 +29,7 @@ void print_columns() {
   print_facts("atlas: modes.csv", mode_facts());
   print_facts("atlas: groups.csv", groups_facts());
   print_facts("audit: audit.csv, \"findings\" of audit.json", finding_facts());
+  print_facts("audit --repeats: \"repeats.landmarks\" of audit.json", repeat_facts());
   print_facts("compare: models.csv, \"models\" of comparison.json", model_facts());
   print_facts("compare: shapes.csv", shape_facts());
 }

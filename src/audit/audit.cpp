@@ -10,9 +10,9 @@
 
 #include "cohort_law.hpp"
 #include "core/landmark_pairs.hpp"
-#include "pulson/core/parallel.hpp"
 #include "hypotheses.hpp"
 #include "pulson/core/alignment.hpp"
+#include "pulson/core/parallel.hpp"
 #include "robust_alignment.hpp"
 
 namespace pulson::audit {
@@ -25,7 +25,7 @@ constexpr std::size_t kFewestShapes = 5;
 constexpr double kShapesPerError = 50;
 constexpr double kLeastOdds = 20, kSuspectedOdds = 1.0 / 8;
 constexpr int kMeanRounds = 5;
-constexpr int kRefits = 2;  // without the shapes accused
+constexpr int kRefits = 2;      // without the shapes accused
 constexpr double kNear = 0.25;  // radii from the mean: where landmarks of one kind of shape may be
 const Odds kFound{kShapesPerError, std::log(kLeastOdds)}, kSuspected{kShapesPerError, std::log(kSuspectedOdds)};
 constexpr double kAlike = 0.85;  // cosine of an angle within which poses agree
@@ -51,8 +51,8 @@ bool is_at_one_place(const Points& points) {
 // Landmarks of several groups, as of two objects, are not in one order around an outline.
 bool may_be_reordered(const Landmarks& shape) { return landmarks_by_group(shape).size() == 1; }
 
-// Landmarks of each shape at numbers that stand for a missing one, where they are all of its coordinates; but for numbers
-// at which most shapes have a landmark, as one is that coordinates begin at.
+// Landmarks of each shape at numbers that stand for a missing one, where they are all of its coordinates; but for
+// numbers at which most shapes have a landmark, as one is that coordinates begin at.
 std::vector<std::vector<int>> at_missing_codes(const std::vector<Landmarks>& shapes) {
   constexpr std::array kCodes = {0.0, -1.0, -9.0, -99.0, -999.0, -9999.0, 99.0, 999.0, 9999.0};
   std::vector<std::vector<int>> found(shapes.size());
@@ -61,7 +61,8 @@ std::vector<std::vector<int>> at_missing_codes(const std::vector<Landmarks>& sha
     const auto count_at = [&](const Landmarks& shape) {
       return (shape.points.array() == code).colwise().all().count();
     };
-    const auto with = std::count_if(shapes.begin(), shapes.end(), [&](const auto& shape) { return count_at(shape) > 0; });
+    const auto with =
+        std::count_if(shapes.begin(), shapes.end(), [&](const auto& shape) { return count_at(shape) > 0; });
     if (2 * with > std::ssize(shapes)) continue;
     for (std::size_t i = 0; i < shapes.size(); ++i)
       for (int a = 0; a < shapes[i].count(); ++a)
@@ -89,8 +90,8 @@ Points robust_mean(const std::vector<Points>& shapes) {
   return mean;
 }
 
-// Sizes that differ from most by much more than these differ from one another, and by more than shapes of one kind do; or
-// by less, where the factor between two units explains it.
+// Sizes that differ from most by much more than these differ from one another, and by more than shapes of one kind do;
+// or by less, where the factor between two units explains it.
 std::vector<Finding> other_units(const std::vector<Points>& shapes) {
   constexpr double kLeastFactor = 5, kDeviations = 8, kNormal = 1.4826;  // median absolute deviation to standard one
   constexpr double kFromMost = 5, kNearMost = 2.5;                       // before and after a known factor is undone
@@ -237,8 +238,7 @@ class CohortAudit {
     const Landmarks& shape = shapes_[place_[i]];
     std::vector<Finding> found = judge_codes(law, i);
     const bool is_ordered = may_be_reordered(shape);
-    for (Finding& finding :
-         judge(law.law_without(i), {points_[i], is_ordered, true, law.typical_distance()}, odds))
+    for (Finding& finding : judge(law.law_without(i), {points_[i], is_ordered, true, law.typical_distance()}, odds))
       found.push_back(std::move(finding));
     return found;
   }

@@ -34,7 +34,7 @@ struct Finding {
   int specimen = 0;              ///< its place in the cohort, from 0
   std::vector<int> landmarks{};  ///< those concerned; of an outline that begins elsewhere the one it begins at; from 0
   double log_ratio = 0;          ///< likelihood of the shape with this mended over that without, natural logarithm
-  double log_odds = 0;           ///< of this against nothing more being wrong; infinite where it needs no model
+  double log_odds = 0;           ///< of this against nothing more being wrong; infinite where it is exactly so
   double before = 0, after = 0;  ///< root mean square distance after a similarity, length units of the shape
   double factor = 1;             ///< of kUnit: the size over that of most others
   std::string slip{};            ///< of kMoved: what was probably typed, "x is 10 times too large"; else empty

@@ -17,16 +17,18 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kFitRounds = 3;          // of means and weights
-constexpr double kHuber = 1.5;      // of root mean square distances over their median: further away weighs less
-constexpr double kOwnScale = 10;    // observations that a landmark's scale of 1 is worth a priori
+constexpr int kFitRounds = 3;     // of means and weights
+constexpr double kHuber = 1.5;    // of root mean square distances over their median: further away weighs less
+constexpr double kOwnScale = 10;  // observations that a landmark's scale of 1 is worth a priori
 constexpr std::array kTails = {2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 20.0, 50.0, 200.0};
-constexpr std::array kStrengths = {1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0, 512.0, 1024.0, 4096.0};  // ν0−m−1
+constexpr std::array kStrengths = {1.0,  2.0,   4.0,   8.0,   16.0,   32.0,
+                                   64.0, 128.0, 256.0, 512.0, 1024.0, 4096.0};  // ν0−m−1
 
 MatrixXd on_each_axis(const MatrixXd& covariance, Index d) {
   MatrixXd all = MatrixXd::Zero(covariance.rows() * d, covariance.cols() * d);
   for (Index a = 0; a < covariance.rows(); ++a)
-    for (Index b = 0; b < covariance.cols(); ++b) all.block(a * d, b * d, d, d).diagonal().setConstant(covariance(a, b));
+    for (Index b = 0; b < covariance.cols(); ++b)
+      all.block(a * d, b * d, d, d).diagonal().setConstant(covariance(a, b));
   return all;
 }
 
@@ -215,7 +217,8 @@ void CohortLaw::fit_tails() {
         distances(a, static_cast<Index>(k)) = predictions[static_cast<std::size_t>(a)].distance;
   }
   const Eigen::ArrayXXd known = distances.array().isNaN().select(0, distances).array().square();
-  const Eigen::ArrayXd counts = distances.array().isNaN().select(0, MatrixXd::Ones(n, distances.cols())).rowwise().sum();
+  const Eigen::ArrayXd counts =
+      distances.array().isNaN().select(0, MatrixXd::Ones(n, distances.cols())).rowwise().sum();
   most = -std::numeric_limits<double>::infinity();
   for (const double degrees : kTails) {
     Eigen::ArrayXd scales = Eigen::ArrayXd::Ones(n);

@@ -7,8 +7,8 @@
 
 namespace pulson::audit {
 
-/// The directions about a mean shape that a similarity leaves, and the kernels' covariances in them: what laws of the same
-/// shapes share.
+/// The directions about a mean shape that a similarity leaves, and the kernels' covariances in them: what laws of the
+/// same shapes share.
 struct ShapeDirections {
   struct Kernel {
     Eigen::MatrixXd precision;  ///< m×m
@@ -27,10 +27,10 @@ struct ShapeDirections {
 ///
 ///     Σ ~ W⁻¹(Ψ, ν0),   Ψ = (ν0 − m − 1)gG,   so that   A = Ψ + Σ_j w_j z_jz_jᵀ
 ///
-/// has the mean covariance as a multiple; kernel, g and ν0 are those of greatest evidence, in closed form. The shape that
-/// is judged is left out, of the mean and of A, by one rank. Weights are those of Huber (1964), and 0 of shapes already
-/// accused. How heavy the tails are is fitted to the shapes, each judged by the others: of whole shapes the degrees of a
-/// Student distribution, and those of one landmark given the others.
+/// has the mean covariance as a multiple; kernel, g and ν0 are those of greatest evidence, in closed form. The shape
+/// that is judged is left out, of the mean and of A, by one rank. Weights are those of Huber (1964), and 0 of shapes
+/// already accused. How heavy the tails are is fitted to the shapes, each judged by the others: of whole shapes the
+/// degrees of a Student distribution, and those of one landmark given the others.
 class CohortLaw {
  public:
   /// @param shapes d×N each, NaN where a landmark is missing @param directions about a first mean; is kept, not copied
@@ -58,9 +58,9 @@ class CohortLaw {
   Eigen::MatrixXd displacements_;          // dN×n, with predictions where landmarks are missing
   Eigen::VectorXd weights_;
   std::vector<bool> is_accused_;
-  Eigen::MatrixXd precision_;   // QA⁻¹Qᵀ
-  double log_determinant_ = 0;  // of A
-  double prior_degrees_ = 0;    // ν0
+  Eigen::MatrixXd precision_;       // QA⁻¹Qᵀ
+  double log_determinant_ = 0;      // of A
+  double prior_degrees_ = 0;        // ν0
   double degrees_ = 0, scale_ = 1;  // ν, κ/ν
   LandmarkLaw::Tail tail_;
 };

@@ -10,6 +10,8 @@ namespace pulson::audit {
 namespace {
 
 std::string without(const Finding& finding) {
+  if (std::isinf(finding.log_odds))
+    return fmt::format("(rms distance {:.3g}, {:.3g} without)", finding.before, finding.after);
   return fmt::format("(odds 10^{:.0f}; rms distance {:.3g}, {:.3g} without)", finding.log_odds / std::log(10.0),
                      finding.before, finding.after);
 }
@@ -38,8 +40,9 @@ std::string reason_of_shift(const Finding& finding, const Landmarks& shape) {
 }  // namespace
 
 std::string_view problem_name(Problem problem) {
-  constexpr std::array<std::string_view, 11> kNames = {"exchanged",   "moved", "reversed", "shifted",   "mirrored", "zero",
-                                                       "undigitised", "unit",  "axes",     "unordered", "foreign"};
+  constexpr std::array<std::string_view, 11> kNames = {"exchanged", "moved",     "reversed",    "shifted",
+                                                       "mirrored",  "zero",      "undigitised", "unit",
+                                                       "axes",      "unordered", "foreign"};
   return kNames.at(static_cast<std::size_t>(problem));
 }
 

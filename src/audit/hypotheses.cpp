@@ -29,14 +29,14 @@ constexpr double kFurthest = 10;  // root mean square radii: where a wrong landm
 constexpr double kRegion = 2;     // the same: where one that belongs elsewhere on the shape lies
 // Slips are sought of landmarks that are further from where they are expected, in predicted standard deviations.
 constexpr double kDoubted = 4;
-// Two landmarks exactly at one place are not there by chance, where they are expected so many predicted standard deviations
-// apart; the odds are those of what is exactly so.
+// Two landmarks exactly at one place are not there by chance, where they are expected so many predicted standard
+// deviations apart; the odds are those of what is exactly so.
 constexpr double kApart = 3;
 // What is left of a shape that belongs to others: root mean square distance from their mean, over the median of theirs,
 // and in radii. Of 1,100 shapes of 11 published cohorts all but mirror images are below 5.4 and 0.15.
 constexpr double kForeignDistance = 4, kForeignRadii = 0.25;
-constexpr double kAsASet = 4;    // the same, over the median, to the nearest landmarks: points in no order are nearer
-constexpr int kTurns = 200;      // from which the pose of points without an order is sought
+constexpr double kAsASet = 4;  // the same, over the median, to the nearest landmarks: points in no order are nearer
+constexpr int kTurns = 200;    // from which the pose of points without an order is sought
 constexpr int kClosestRounds = 20;
 
 double log_sphere(double dimension) {  // area of the unit sphere
@@ -83,7 +83,8 @@ double distance_as_set(const Points& shape, const Points& target) {
   std::normal_distribution<double> normal;
   double best = std::numeric_limits<double>::infinity();
   for (int turn = 0; turn < kTurns; ++turn) {
-    const Eigen::MatrixXd any = Eigen::MatrixXd::NullaryExpr(shape.rows(), shape.rows(), [&] { return normal(random); });
+    const Eigen::MatrixXd any =
+        Eigen::MatrixXd::NullaryExpr(shape.rows(), shape.rows(), [&] { return normal(random); });
     Eigen::MatrixXd rotation = Eigen::HouseholderQR<Eigen::MatrixXd>(any).householderQ();
     if (rotation.determinant() < 0) rotation.row(0) *= -1;
     Points moved = rotation * sized;
@@ -94,7 +95,8 @@ double distance_as_set(const Points& shape, const Points& target) {
       if (!(diameter(partners) > 0)) break;
       moved = align(moved, partners, AlignmentKind::kRigid).apply(moved);
     }
-    best = std::min(best, std::max(distance_to_nearest(moved, fixed, nearest), distance_to_nearest(fixed, moved, nearest)));
+    best = std::min(best,
+                    std::max(distance_to_nearest(moved, fixed, nearest), distance_to_nearest(fixed, moved, nearest)));
   }
   return best;
 }
@@ -134,9 +136,9 @@ class Hypotheses {
   /// What is said of such a shape as it was given: whether it is of the kind but for the landmarks' order.
   Finding foreign() const {
     const Points target = law_.reference()(Eigen::all, kept_);
-    const bool is_near_as_set =
-        distance_as_set(shape_(Eigen::all, kept_), target) < kAsASet * judged_.typical_distance;
-    return Finding{.problem = is_near_as_set ? Problem::kUnordered : Problem::kForeign, .before = apart_, .after = apart_};
+    const bool is_near_as_set = distance_as_set(shape_(Eigen::all, kept_), target) < kAsASet * judged_.typical_distance;
+    return Finding{
+        .problem = is_near_as_set ? Problem::kUnordered : Problem::kForeign, .before = apart_, .after = apart_};
   }
 
   std::optional<Finding> best() {
@@ -322,8 +324,8 @@ class Hypotheses {
     consider_corrected(Problem::kMirrored, {}, mirrored, 1);
   }
 
-  // How far a wrong landmark lies away has no scale: its logarithm is as likely between the predicted standard deviation
-  // and ten radii of the shape.
+  // How far a wrong landmark lies away has no scale: its logarithm is as likely between the predicted standard
+  // deviation and ten radii of the shape.
   double log_density_of_wrong(const LandmarkLaw::Prediction& prediction) const {
     const auto d = static_cast<double>(shape_.rows());
     const double range = std::log(std::max(kFurthest * radius() / prediction.spread, M_E));
@@ -369,7 +371,7 @@ class Hypotheses {
       if (apart < kApart * std::max(own.spread, its.spread) || own.distance < its.distance) continue;
       Finding finding{.problem = Problem::kMoved,
                       .landmarks = {landmark},
-                      .log_ratio = kLogCertain + std::log(odds_.shapes_per_error),
+                      .log_ratio = kLogCertain,
                       .slip = coincidence_of(landmark),
                       .corrected = shape_};
       finding.corrected.col(landmark).setConstant(std::nan(""));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "audit.hpp"
@@ -7,15 +8,16 @@
 
 namespace pulson::audit {
 
-/// Log odds of what is exactly so, and therefore not by chance: 10¹².
-inline constexpr double kLogCertain = 27.6;
+/// Log odds of what is exactly so, and therefore not by chance.
+inline constexpr double kLogCertain = std::numeric_limits<double>::infinity();
 
 /// A shape as it is judged.
 struct Judged {
-  Points points;              ///< d×N as given, NaN where missing
-  bool is_in_order = true;    ///< its landmarks are one outline, which may begin elsewhere or run the other way round
-  bool has_others = false;    ///< the law is that of other shapes, not of a pair
-  double typical_distance = 0;  ///< root mean square of landmarks of the other shapes from their mean, of the law's size
+  Points points;            ///< d×N as given, NaN where missing
+  bool is_in_order = true;  ///< its landmarks are one outline, which may begin elsewhere or run the other way round
+  bool has_others = false;  ///< the law is that of other shapes, not of a pair
+  double typical_distance =
+      0;  ///< root mean square of landmarks of the other shapes from their mean, of the law's size
 };
 
 struct Odds {

@@ -22,8 +22,8 @@ using Eigen::VectorXd;
 // The grid: widths in diameters, and the part of the variance that neighbours share.
 constexpr std::array kWidths = {0.1, 0.2, 0.4, 0.8, 1.6};
 constexpr std::array kShared = {0.5, 0.8, 0.95, 0.99};
-// Landmarks of one shape differ from where the others predict them more often by much than a normal law says. Of the tails
-// fitted to published cohorts (cohort_law.cpp) the heaviest.
+// Landmarks of one shape differ from where the others predict them more often by much than a normal law says. Of the
+// tails fitted to published cohorts (cohort_law.cpp) the heaviest.
 constexpr double kTailOfPairs = 4;
 // Of yᵀPy, in squared diameters: below it is rounding.
 constexpr double kRounding = 1e-13;
@@ -51,13 +51,14 @@ LandmarkLaw::Member kernel_member(const MatrixXd& covariance, const MatrixXd& mo
 }
 
 double log_student(double degrees, double dimension, double square) {
-  return std::lgamma((degrees + dimension) / 2) - std::lgamma(degrees / 2) -
-         dimension / 2 * std::log(M_PI * degrees) - (degrees + dimension) / 2 * std::log1p(square / degrees);
+  return std::lgamma((degrees + dimension) / 2) - std::lgamma(degrees / 2) - dimension / 2 * std::log(M_PI * degrees) -
+         (degrees + dimension) / 2 * std::log1p(square / degrees);
 }
 
 }  // namespace
 
-LandmarkLaw::LandmarkLaw(Points reference, std::vector<Member> members, double directions, double degrees, double offset)
+LandmarkLaw::LandmarkLaw(Points reference, std::vector<Member> members, double directions, double degrees,
+                         double offset)
     : reference_(std::move(reference)),
       members_(std::move(members)),
       directions_(directions),
@@ -103,11 +104,11 @@ double LandmarkLaw::log_density(const VectorXd& displacement) const {
 
 /// What a member says of one landmark.
 struct LandmarkLaw::Block {
-  VectorXd deviation;   // (P_aa)⁻¹(Py)_a
-  double rest;          // yᵀPy without the landmark
-  double here;          // what the landmark adds
-  double log_root;      // ½ log det P_aa
-  double log_density;   // of the other landmarks
+  VectorXd deviation;  // (P_aa)⁻¹(Py)_a
+  double rest;         // yᵀPy without the landmark
+  double here;         // what the landmark adds
+  double log_root;     // ½ log det P_aa
+  double log_density;  // of the other landmarks
 };
 
 // @param weighted Py @param square yᵀPy
@@ -171,7 +172,8 @@ std::vector<MatrixXd> kernel_covariances(const Points& reference) {
   std::vector<MatrixXd> covariances = {MatrixXd::Identity(n, n)};
   for (const double width : kWidths) {
     const MatrixXd gram = KernelOperator({{KernelProfile::kMatern32, width * size}}).gram(reference, reference);
-    for (const double shared : kShared) covariances.emplace_back(shared * gram + (1 - shared) * MatrixXd::Identity(n, n));
+    for (const double shared : kShared)
+      covariances.emplace_back(shared * gram + (1 - shared) * MatrixXd::Identity(n, n));
   }
   return covariances;
 }

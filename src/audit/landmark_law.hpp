@@ -6,8 +6,8 @@
 
 namespace pulson::audit {
 
-/// The probability of a shape, aligned with a reference x of d×N, by its displacement y from it (a column of dN numbers,
-/// landmark by landmark): but for a constant
+/// The probability of a shape, aligned with a reference x of d×N, by its displacement y from it (a column of dN
+/// numbers, landmark by landmark): but for a constant
 ///
 ///     max over members of  log c − ½(ν + m) log(κ + yᵀPy),
 ///
@@ -21,8 +21,8 @@ class LandmarkLaw {
     Eigen::MatrixXd precision;  ///< P
     double log_constant = 0;    ///< log c
   };
-  /// Of one landmark's distance e from where the others say that it is, in predicted standard deviations: e/√scale has a
-  /// Student distribution.
+  /// Of one landmark's distance e from where the others say that it is, in predicted standard deviations: e/√scale has
+  /// a Student distribution.
   struct Tail {
     double degrees = 0;      ///< 0: those of the law
     Eigen::VectorXd scales;  ///< of each landmark; empty: 1
@@ -55,7 +55,8 @@ class LandmarkLaw {
     double spread = 0;          ///< geometric mean of the predicted standard deviations of its coordinates
     double distance = 0;        ///< e
   };
-  /// Of each landmark by the others; nothing where it is dropped. Of several members by that which suits the others best.
+  /// Of each landmark by the others; nothing where it is dropped. Of several members by that which suits the others
+  /// best.
   std::vector<Prediction> predict(const Eigen::VectorXd& displacement) const;
 
  private:

@@ -211,7 +211,8 @@ TEST(AuditOfACohort, TakesNoOriginForACode) {
 
 TEST(AuditOfACohort, NamesRunsAndWhatWasLeftOut) {
   const Points sound = outline(6, 12).points;
-  const auto run = found_of([](Points& points) { points.middleCols(2, 5) = points.middleCols(2, 5).rowwise().reverse().eval(); });
+  const auto run =
+      found_of([](Points& points) { points.middleCols(2, 5) = points.middleCols(2, 5).rowwise().reverse().eval(); });
   ASSERT_EQ(run.size(), 1U);
   EXPECT_EQ(run[0].problem, Problem::kReversed);
   EXPECT_THAT(run[0].landmarks, ElementsAre(2, 3, 4, 5, 6));

@@ -1,6 +1,7 @@
 // The verb `audit`: what it lists, writes, mends and refuses.
 
 #include <functional>
+#include <random>
 #include <sstream>
 
 #include <gmock/gmock.h>
@@ -170,6 +171,28 @@ TEST_F(AuditProgram, IsNamedByInfo) {
   write_leaves("leaves.tps", exchange);
   EXPECT_THAT(run(words("info leaves.tps")).out,
               HasSubstr("audit       1 of 8 specimens of 19 landmarks looks wrong; pulson audit leaves.tps\n"));
+}
+
+// The leaves twice, each time with known errors.
+TEST_F(AuditProgram, MeasuresTheErrorOfRepeats) {
+  formats::LandmarkFile file = leaves(), twice = file;
+  twice.shapes.clear();
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (const Landmarks& shape : file.shapes)
+    for (int session = 0; session < 2; ++session) {
+      Landmarks& again = twice.shapes.emplace_back(shape);
+      again.points += 0.5 * Points::NullaryExpr(2, shape.count(), [&] { return normal(random); });
+    }
+  formats::write_landmark_file("twice.csv", twice);
+  EXPECT_THAT(audited("twice.csv --repeats names -o out").out, HasSubstr("16 shapes of 8 specimens: sigma 0."));
+  const nlohmann::json repeats = read_json("out/audit.json")["repeats"];
+  EXPECT_NEAR(repeats["sigma"].get<double>(), 0.5, 0.06);
+  EXPECT_GT(repeats["bias"]["p"].get<double>(), 0.01);
+  const auto covariances = formats::read_covariances("out/covariances.csv", file.shapes.front());
+  EXPECT_NEAR(covariances[3](0, 1), repeats["landmarks"][3]["covariance"][0][1].get<double>(), 1e-12);
+  write_leaves("once.csv", keep);
+  expect_refused("once.csv --repeats names", "no specimen has more than one shape");
 }
 
 }  // namespace

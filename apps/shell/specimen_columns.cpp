@@ -1,4 +1,4 @@
-#include "columns.hpp"
+#include "specimen_columns.hpp"
 
 #include <algorithm>
 #include <numeric>

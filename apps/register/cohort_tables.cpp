@@ -85,8 +85,8 @@ html::ReportTable specimen_table(const CohortMatches& cohort) {
   const bool has_noise = std::any_of(
       cohort.specimens.begin(), cohort.specimens.end(),
       [](const SpecimenMatch& specimen) { return specimen.registration && specimen.registration->noise != "none"; });
-  Facts<SpecimenMatch> facts =
-      chosen(match_facts(), {"specimen", "rms", "initial_rms", "total", "energy", "momenta_norm", "centroid_size"});
+  Facts<SpecimenMatch> facts = chosen(match_facts(), {"specimen", "rms", "initial_rms", "total", "energy",
+                                                      "momenta_norm", "centroid_size", "prediction_error", "doubted"});
   if (has_noise) facts.push_back(fact_of(match_facts(), "action"));
   html::ReportTable table =
       report_table(facts, cohort.specimens,

@@ -11,7 +11,9 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double kMostAction = 0.9;
-constexpr int kOneOf = 3;  // at most a third of the landmarks is few
+// At most a third of the landmarks is few: of 24 matches with ch-sd of 5 % and 100 % it takes 40 to 72 % of the
+// landmarks in 20, and 6 to 17 % where a few have to change their order or to part from their neighbours.
+constexpr int kOneOf = 3;
 
 // The median over the landmarks of the distance to the nearest other one.
 double spacing_of(const Points& q) {

@@ -12,7 +12,6 @@
 #include "core/text.hpp"
 #include "match_rounds.hpp"
 #include "pulson/core/errors.hpp"
-#include "register/report.hpp"
 #include "results.hpp"
 #include "shell/audit_warnings.hpp"
 #include "shell/cohort_shapes.hpp"
@@ -155,6 +154,26 @@ void write_results(const AtlasResults& found, const AtlasArguments& arguments, c
   staged.finish();
 }
 
+double middle_length(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return (*middle + *std::max_element(values.begin(), middle)) / 2;
+}
+
+// Above the median m by more than 5 · 1.4826 · median |length − m|: for normal numbers, five standard deviations.
+std::vector<int> outlying_lengths(const Eigen::VectorXd& lengths) {
+  constexpr double kDeviations = 5, kNormalScale = 1.4826;
+  std::vector<double> all(lengths.begin(), lengths.end());
+  const double middle = middle_length(all);
+  for (double& length : all) length = std::abs(length - middle);
+  const double least = middle + kDeviations * kNormalScale * middle_length(all);
+  std::vector<int> outliers;
+  for (int i = 0; i < lengths.size(); ++i)
+    if (lengths[i] > least) outliers.push_back(i);
+  return outliers;
+}
+
 // Shapes much further away from the template than most, by the length of their geodesics.
 void note_outliers(AtlasResults& results) {
   const Eigen::MatrixXd metric = results.atlas.metric();
@@ -164,7 +183,7 @@ void note_outliers(AtlasResults& results) {
     lengths[static_cast<Eigen::Index>(i)] = std::sqrt(p.cwiseProduct(p * metric).sum());
   }
   std::vector<std::string> far;
-  for (const int i : outlying_landmarks(lengths, 0)) far.push_back(results.names[static_cast<std::size_t>(i)]);
+  for (const int i : outlying_lengths(lengths)) far.push_back(results.names[static_cast<std::size_t>(i)]);
   if (far.empty()) return;
   const std::size_t count = far.size();
   far.resize(std::min<std::size_t>(count, 5));

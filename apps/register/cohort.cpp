@@ -19,6 +19,7 @@
 #include "shell/picture_sizes.hpp"
 #include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
+#include "verdict_texts.hpp"
 
 namespace pulson {
 namespace {
@@ -71,8 +72,9 @@ CohortInput read_input(const RegisterArguments& arguments, std::vector<std::stri
 Json match(const Landmarks& source, const Landmarks& target, const matching::RegistrationOptions& options,
            const std::optional<inference::FittedParameters>& fitted) {
   try {
-    const matching::Registration registration = register_shapes(source, target, options);
+    matching::Registration registration = register_shapes(source, target, options);
     const records::RegistrationFacts facts = registration_facts(registration, fitted);
+    if (std::string note = prediction_note(facts); !note.empty()) registration.notes.push_back(std::move(note));
     return {{"registration.json", registration_json(registration, facts)},
             {"residuals.csv", records::residuals_csv(registration, facts.shares)},
             {"trajectory.csv", records::trajectory_csv(registration, replay(registration))}};
@@ -90,6 +92,7 @@ SpecimenMatch specimen_of(const Json& match, const Landmarks& target, const std:
   }
   for (const auto& [file, text] : match.items()) specimen.files.emplace_back(file, text.get<std::string>());
   specimen.registration = records::registration_of(specimen.files.front().second, folder);
+  specimen.prediction = predict_match(*specimen.registration);
   return specimen;
 }
 

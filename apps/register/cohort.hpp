@@ -19,6 +19,7 @@ struct SpecimenMatch {
   std::string source;  ///< where its landmarks came from
   double centroid_size = 0;
   std::optional<matching::Registration> registration{};  ///< none where it failed
+  std::optional<matching::PredictionOfMatch> prediction{};
   /// Of its record, residuals and trajectory; empty where it failed.
   std::vector<std::pair<std::string, std::string>> files{};
   std::string error{};  ///< why it failed

@@ -17,6 +17,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+// What is undetermined for few landmarks, and for curves.
+bool is_of_prediction(std::string_view key) {
+  return key == "prediction_error" || key == "alignment_error" || key == "doubted";
+}
+
 Json specimen_json(const SpecimenMatch& specimen) {
   Json json{{"name", specimen.name},
             {"folder", specimen.registration ? Json(specimen.folder) : Json(nullptr)},
@@ -29,7 +34,10 @@ Json specimen_json(const SpecimenMatch& specimen) {
   const matching::Registration& registration = *specimen.registration;
   json["record"] = specimen.folder + "/registration.json";
   for (const Fact<SpecimenMatch>& fact : match_facts())
-    if (fact.key != "specimen" && fact.key != "centroid_size") add_fact(json, fact.key, fact.value(specimen));
+    if (!specimen.prediction && is_of_prediction(fact.key))
+      json[fact.key] = nullptr;
+    else if (fact.key != "specimen" && fact.key != "centroid_size")
+      add_fact(json, fact.key, fact.value(specimen));
   json["kernel"] = registration.kernel;
   json["lambda"] = registration.lambda;
   json["sigma"] = registration.sigma;
@@ -85,8 +93,8 @@ html::ReportTable specimen_table(const CohortMatches& cohort) {
   const bool has_noise = std::any_of(
       cohort.specimens.begin(), cohort.specimens.end(),
       [](const SpecimenMatch& specimen) { return specimen.registration && specimen.registration->noise != "none"; });
-  Facts<SpecimenMatch> facts =
-      chosen(match_facts(), {"specimen", "rms", "initial_rms", "total", "energy", "momenta_norm", "centroid_size"});
+  Facts<SpecimenMatch> facts = chosen(match_facts(), {"specimen", "rms", "initial_rms", "total", "energy",
+                                                      "momenta_norm", "centroid_size", "prediction_error", "doubted"});
   if (has_noise) facts.push_back(fact_of(match_facts(), "action"));
   html::ReportTable table =
       report_table(facts, cohort.specimens,

@@ -13,6 +13,14 @@ double of_match(const SpecimenMatch& row, const Value& value) {
   return row.registration ? double{value(*row.registration)} : std::numeric_limits<double>::quiet_NaN();
 }
 
+using Prediction = matching::PredictionOfMatch;
+
+// NaN where prediction is undetermined.
+template <class Value>
+double of_prediction(const SpecimenMatch& row, const Value& value) {
+  return row.prediction ? value(*row.prediction) : std::numeric_limits<double>::quiet_NaN();
+}
+
 }  // namespace
 
 const Facts<SpecimenMatch>& match_facts() {
@@ -37,8 +45,16 @@ const Facts<SpecimenMatch>& match_facts() {
        [](const R& r) { return of_match(r, [](const Registration& m) { return m.cost.data; }); }},
       {"initial_rms", "rms before", "the same as rms, of the aligned source", "{:.4g}",
        [](const R& r) { return of_match(r, [](const Registration& m) { return m.initial_rms(); }); }},
-      {"matched", "matched", "whether rms is at most 3 sigma", "",
-       [](const R& r) { return r.registration && r.registration->matched(); }}};
+      {"matched", "matched", "whether rms is at most 3 sigma and no landmark is further than the largest of N may be",
+       "", [](const R& r) { return r.registration && r.registration->matched(); }},
+      {"prediction_error", "leave-one-out", "root mean square distance of a landmark from where the others predict it",
+       "{:.4g}",
+       [](const R& r) { return of_prediction(r, [](const Prediction& p) { return p.predictions.error(); }); }},
+      {"alignment_error", "leave-one-out, aligned", "the same where the alignment alone predicts it", "{:.4g}",
+       [](const R& r) { return of_prediction(r, [](const Prediction& p) { return p.aligned.error(); }); }},
+      {"doubted", "doubted", "landmarks further from there than the largest of N may be", "{:.0f}", [](const R& r) {
+         return of_prediction(r, [](const Prediction& p) { return static_cast<double>(p.doubted.size()); });
+       }}};
   return facts;
 }
 

@@ -6,6 +6,7 @@
 
 #include "charts/chart.hpp"
 #include "core/csv_table.hpp"
+#include "verdict_texts.hpp"
 
 namespace pulson {
 namespace {
@@ -21,6 +22,13 @@ charts::Series over_beta(const std::string& name, const std::vector<matching::Ho
   return series;
 }
 
+// Those whose residual does not vanish with the noise.
+std::string landmarks_left(const matching::HomotopyStep& last, const Landmarks& shape) {
+  if (last.unmatched.empty()) return {};
+  return fmt::format("; without noise no path takes {} {} there", last.unmatched.size() == 1 ? "landmark" : "landmarks",
+                     landmark_list(shape, last.unmatched));
+}
+
 }  // namespace
 
 std::string homotopy_csv(const std::vector<matching::HomotopyStep>& steps) {
@@ -33,14 +41,15 @@ std::string homotopy_csv(const std::vector<matching::HomotopyStep>& steps) {
   return std::move(table).take();
 }
 
-std::string homotopy_line(const std::vector<matching::HomotopyStep>& steps) {
+std::string homotopy_line(const std::vector<matching::HomotopyStep>& steps, const Landmarks& shape) {
   const matching::HomotopyStep& asked = steps.front();
   const auto least = least_needed(steps);
-  if (least == steps.end()) return fmt::format("beta = {:.4g} does not match these shapes", asked.beta);
+  const std::string left = landmarks_left(steps.back(), shape);
+  if (least == steps.end()) return fmt::format("beta = {:.4g} does not match these shapes{}", asked.beta, left);
   const std::string costs = fmt::format("J = {:.4g} at beta = {:.4g}, {:.4g} at beta = {:.4g}", asked.cost.total(),
                                         asked.beta, least->cost.total(), least->beta);
   if (reaches_diffeomorphism(steps)) return costs + ": a diffeomorphism matches these shapes";
-  if (least + 1 != steps.end()) return costs + ", the smallest that matches";
+  if (least + 1 != steps.end()) return costs + ", the smallest that matches" + left;
   return fmt::format("{}, and grows by {:.2g} % if beta is halved: not diffeomorphic", costs, 100 * least->growth());
 }
 
@@ -60,9 +69,10 @@ void write_homotopy_picture(const std::vector<matching::HomotopyStep>& steps,
   for (charts::ChartPanel* panel : {&costs, &distances})
     for (charts::Series& series : panel->series)
       for (double& y : series.y) y = std::max(y, 1e-300);
-  charts::write_chart(
-      {.title = "How far from a diffeomorphism", .subtitle = homotopy_line(steps), .rows = {{costs}, {distances}}},
-      files);
+  charts::write_chart({.title = "How far from a diffeomorphism",
+                       .subtitle = homotopy_line(steps, registration.source),
+                       .rows = {{costs}, {distances}}},
+                      files);
 }
 
 }  // namespace pulson

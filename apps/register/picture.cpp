@@ -8,6 +8,7 @@
 
 #include "pulson/core/name_table.hpp"
 #include "pulson/warp/material_flow.hpp"
+#include "pulson/warp/sampled_map.hpp"
 #include "shell/report_parts.hpp"
 
 namespace pulson {
@@ -143,6 +144,13 @@ draw::RegistrationPicture make_registration_picture(const matching::Registration
     picture.subtitle += "  ·  steps too long to draw the grid";
   }
   return picture;
+}
+
+void add_verdicts(const records::RegistrationFacts& facts, draw::RegistrationPicture& picture) {
+  picture.doubted = facts.verdicts.doubted();
+  if (picture.source.dimension() != 2) return;
+  picture.action = facts.verdicts.action_share;
+  picture.action_triangles = warp::delaunay_triangles(picture.source.points);
 }
 
 namespace {

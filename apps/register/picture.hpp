@@ -8,6 +8,7 @@
 #include "html/html_report.hpp"
 #include "pulson/draw/pictures.hpp"
 #include "pulson/matching/registration.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
 
@@ -28,6 +29,9 @@ draw::RegistrationPicture make_registration_picture(const matching::Registration
 
 /// What pictures call a shape: its name; where that is a mere number or LJSON, the file's name and the number.
 std::string short_name(const Landmarks& shape);
+
+/// Adds to it where the noise acts, and which landmarks prediction doubts.
+void add_verdicts(const records::RegistrationFacts& facts, draw::RegistrationPicture& picture);
 
 /// A picture below landmarks that move, and the corners of the box that it covers.
 struct PageImage {

@@ -24,6 +24,7 @@
 #include "shell/verbs.hpp"
 #include "summary.hpp"
 #include "surface.hpp"
+#include "verdict_texts.hpp"
 
 namespace pulson {
 namespace {
@@ -44,9 +45,17 @@ records::RegistrationFacts registration_facts(const matching::Registration& regi
                                               const std::optional<inference::FittedParameters>& fitted) {
   records::TopologyCounts counts;
   const Points& source = registration.source.points;
-  if (source.rows() == 1) counts.order_inversions = matching::order_inversions(source, registration.result);
-  if (source.rows() == 2) counts.flipped_triangles = warp::flipped_triangles(source, registration.result);
-  return {counts, landmark_shares(registration), fitted};
+  const Points &target = registration.target.points, &result = registration.result;
+  const bool corresponds = registration.data.kind == matching::DataKind::kLandmarks;
+  if (source.rows() == 1) counts.order_inversions = matching::order_inversions(source, result);
+  if (source.rows() == 2) counts.flipped_triangles = warp::flipped_triangles(source, result);
+  if (source.rows() == 1 && corresponds) {
+    counts.target_inversions = matching::order_inversions(source, target);
+    counts.exchanged_as_target = matching::exchanged_as_asked(source, target, result);
+  }
+  if (source.rows() == 2 && corresponds) counts.target_flips = warp::triangles_flipped(source, target);
+  const matching::LandmarkShares shares = landmark_shares(registration);
+  return {counts, shares, judge_landmarks(registration, shares), {}, fitted};
 }
 
 namespace {
@@ -80,6 +89,7 @@ std::optional<warp::VelocityField> write_results(const matching::Registration& r
   results.commit("registration.json", registration_json(registration, facts), field_json(field));
 
   draw::RegistrationPicture still = make_registration_picture(registration, path);
+  add_verdicts(facts, still);
   write_field_of(registration, path, still, field_options, field, results);
   const std::optional<PageImage> underlay = add_underlay(background.image, registration, still, notes);
   add_surface(background.surface, registration, path, still, notes);
@@ -165,6 +175,18 @@ void refuse_options_of_cohorts(const RegisterArguments& arguments) {
         fmt::format("there are {} ranks, and one TARGET; the shapes of a cohort are shared", ranks::size()));
 }
 
+// Prediction judges landmarks in their order, and so clears none where the audit doubts that.
+void audit_order(matching::Registration& registration, records::RegistrationFacts& facts,
+                 std::vector<std::string>& notes) {
+  notes.insert(notes.end(), registration.notes.begin(), registration.notes.end());
+  if (registration.data.kind == matching::DataKind::kLandmarks)
+    facts.finding = pair_warning(registration.original, registration.target, notes);
+  const std::string note = prediction_note(facts);
+  if (note.empty()) return;
+  registration.notes.push_back(note);
+  notes.push_back(note);
+}
+
 int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   if (arguments.asks_for_cohort()) return run_register_cohort(arguments, settings_of(verb));
   refuse_options_of_cohorts(arguments);
@@ -196,7 +218,7 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
     fitted = fit_first(source, {target}, model.names(), options, progress);
   }
   const Interrupt keep_what_is_found;
-  const matching::Registration registration = register_or_tell(source, target, options, notes);
+  matching::Registration registration = register_or_tell(source, target, options, notes);
   RunResults results(arguments.output);
   progress.clear();
   log_step(fmt::format("fitted: kernel {}", registration_system(registration).kernel.spec(4)));
@@ -205,22 +227,19 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
     facts.homotopy = followed(source, target, options, registration);
     progress.clear();
   }
-  notes.insert(notes.end(), registration.notes.begin(), registration.notes.end());
-  const std::string wrong = registration.data.kind == matching::DataKind::kLandmarks
-                                ? pair_warning(registration.original, registration.target, notes)
-                                : std::string();
+  audit_order(registration, facts, notes);
   const auto field = write_results(registration, facts, background, arguments.field, notes, results);
   log_step("wrote the results");
   print_notes(notes);
   if (arguments.output.prints()) {
     print_registration(registration, facts, arguments.kernel);
-    if (!facts.homotopy.empty()) print_text("homotopy   {}\n", homotopy_line(facts.homotopy));
+    if (!facts.homotopy.empty()) print_text("homotopy   {}\n", homotopy_line(facts.homotopy, registration.source));
     print_field(arguments.field, field);
     results.print_written();
   }
   if (registration.noise == "none" && options.noise.spec() != "none")
     print_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise.spec()));
-  if (!wrong.empty()) print_warning(wrong);
+  if (!facts.finding.empty()) print_warning(facts.finding);
   for (const std::string& text : result_warnings(registration)) print_warning(text);
   return registration.converged ? kDone : kNotConverged;
 }

@@ -7,8 +7,10 @@
 #include <fmt/core.h>
 
 #include "core/determined.hpp"
+#include "pulson/matching/landmark_predictions.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "shell/messages.hpp"
+#include "verdict_texts.hpp"
 
 namespace pulson {
 namespace {
@@ -77,8 +79,8 @@ bool may_have_no_minimum(const matching::Registration& registration) {
 
 // Whether landmarks say less of their neighbours than nothing, as where they are paired at random.
 bool neighbours_part(const matching::Registration& registration) {
-  const auto& fitted = registration.fitted_kernel;
-  return fitted && fitted->prediction_error > fitted->alignment_error;
+  const auto found = matching::predict_match(registration);
+  return found && found->predictions.error(found->doubted) > found->aligned.error(found->doubted);
 }
 
 bool is_interrupted(const matching::Registration& registration) {
@@ -135,6 +137,17 @@ std::string remedy(const matching::Registration& registration) {
   return "try a smaller --sigma or --lambda" + (may_pass ? "" : "; for shapes that no flow can match " + noise);
 }
 
+// Which landmarks it is, where they are few.
+std::string unmatched_text(const matching::Registration& registration) {
+  const std::vector<int> unmatched = registration.unmatched_landmarks();
+  if (unmatched.empty() || 2 * std::ssize(unmatched) > registration.source.count()) return {};
+  return fmt::format(
+      "{} {} too far from {} ({} sigma); ",
+      (unmatched.size() == 1 ? "landmark " : "landmarks ") + landmark_list(registration.source, unmatched),
+      unmatched.size() == 1 ? "is" : "are", unmatched.size() == 1 ? "its target" : "their targets",
+      rounded(registration.residuals_over_sigma()(unmatched).maxCoeff()));
+}
+
 // "0.017 away, cost +3.1 %"
 std::string end_of_shot(const matching::Registration& registration) {
   const double change = change_of_cost(registration);
@@ -179,8 +192,9 @@ std::string accuracy_text(const matching::Registration& registration) {
 std::vector<std::string> path_warnings(const matching::Registration& registration) {
   std::vector<std::string> texts;
   if (!registration.matched())
-    texts.push_back(fmt::format("not matched: rms {:.4g} is {} sigma and {} % of the distance before; {}",
-                                registration.rms(), rounded(registration.rms() / registration.sigma),
+    texts.push_back(fmt::format("not matched: {}rms {:.4g} is {} sigma and {} % of the distance before; {}",
+                                unmatched_text(registration), registration.rms(),
+                                rounded(registration.rms() / registration.sigma),
                                 rounded(100 * registration.rms() / registration.initial_rms()), remedy(registration)));
   if (!registration.converged)
     texts.push_back(fmt::format(

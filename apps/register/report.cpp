@@ -1,6 +1,7 @@
 #include "report.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -12,25 +13,20 @@
 #include "shell/program.hpp"
 #include "shell/report_parts.hpp"
 #include "surface.hpp"
+#include "verdict_texts.hpp"
 
 namespace pulson {
 namespace {
 
-constexpr double kDeviations = 5;        // above the median, from which on a landmark stands out
-constexpr double kNormalScale = 1.4826;  // standard deviation over median absolute deviation of normal numbers
-constexpr double kLeastSigmas = 2;       // what σ allows is no outlier
-
 std::string percent(double part) { return fmt::format("{:.0f} %", 100 * part); }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return (*middle + *std::max_element(values.begin(), middle)) / 2;
+std::string sentence(std::string text) {
+  text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text + ".";
 }
 
 std::string lead(const matching::Registration& registration, const records::RegistrationFacts& facts,
-                 std::size_t outliers) {
+                 std::size_t doubted) {
   std::string text = fmt::format(
       "{}: {} landmarks in {}D. Root mean square distance to the target: {} before, {} after.",
       registration.matched() ? "Matched" : "Not matched", registration.source.count(), registration.source.dimension(),
@@ -41,11 +37,16 @@ std::string lead(const matching::Registration& registration, const records::Regi
   if (const auto pairs = facts.counts.order_inversions)
     text += *pairs > 0 ? fmt::format(" {} of landmarks changed order.", counted(*pairs, "pair"))
                        : " The landmarks kept their order.";
-  if (const auto triangles = facts.counts.flipped_triangles; triangles && *triangles > 0)
+  if (const auto triangles = facts.counts.flipped_triangles;
+      triangles && *triangles > 0 && flips_matter(registration, facts))
     text += fmt::format(" {} between landmarks {} flipped.", counted(*triangles, "triangle"),
                         *triangles == 1 ? "is" : "are");
-  if (outliers > 0)
-    text += " Outliers: " + count_in_words(static_cast<int>(outliers), "landmark", "landmarks") + ", marked below.";
+  if (const std::string target = topology_of_target(registration, facts); !target.empty())
+    text += " " + sentence(target);
+  if (const std::string where = place_of_noise(registration, facts); !where.empty()) text += " " + sentence(where);
+  if (doubted > 0)
+    text +=
+        " Prediction doubts " + count_in_words(static_cast<int>(doubted), "landmark", "landmarks") + ", marked below.";
   if (!registration.converged) text += " The search did not converge.";
   return text;
 }
@@ -58,6 +59,12 @@ html::ReportTable numbers_table(const matching::Registration& registration, cons
     add("rms distance before the alignment", report_number(registration.original_rms()));
   add("rms distance before", report_number(registration.initial_rms()));
   add("rms distance after", report_number(registration.rms()));
+  if (const auto& prediction = facts.verdicts.prediction) {
+    add("leave-one-out error", report_number(prediction->predictions.error()));
+    add("leave-one-out error of the alignment", report_number(prediction->aligned.error()));
+  } else if (registration.data.kind == matching::DataKind::kLandmarks) {
+    add("leave-one-out error", "undetermined");
+  }
   add("largest distance", report_number(registration.max_residual()));
   add("cost", report_number(registration.cost.total()));
   add("energy", report_number(registration.cost.energy));
@@ -84,8 +91,6 @@ html::ReportTable model_table(const matching::Registration& registration) {
     add("aligned", fmt::format("{}, scale {}", alignment_name(registration.alignment.kind),
                                report_number(registration.alignment.scale)));
   add("kernel", registration_system(registration).kernel.spec(4));
-  if (registration.fitted_kernel)
-    add("leave-one-out error", report_number(registration.fitted_kernel->prediction_error));
   add("noise", registration.noise);
   add("mode", mode_name(registration.mode));
   if (registration.data.kind != matching::DataKind::kLandmarks)
@@ -113,71 +118,80 @@ Eigen::VectorXd noise_shares(const matching::Registration& registration, const m
       .transpose();
 }
 
-std::string residuals_caption(const matching::Registration& registration, std::size_t listed, std::size_t outliers) {
+std::string residuals_caption(const matching::Registration& registration, const records::RegistrationFacts& facts,
+                              std::size_t listed) {
   std::string text = registration.data.kind == matching::DataKind::kLandmarks
                          ? "Distance of each landmark to its target where the flow ends. "
                          : "Distance of each landmark to the nearest point of the target where the flow ends. ";
-  text += fmt::format(
-      "▲ marks outliers, {} here: a distance above the median by more than {} × {} median absolute deviations, and "
-      "above {} sigma.",
-      outliers == 0 ? "none" : fmt::to_string(outliers), kDeviations, kNormalScale, kLeastSigmas);
+  if (const auto& prediction = facts.verdicts.prediction) {
+    const std::size_t doubted = prediction->doubted.size();
+    text += fmt::format(
+        "Predicted: the target's distance from where the other landmarks predict it, in standard deviations of the "
+        "prediction. ▲ marks those above {:.3g}, which the largest of so many exceeds in one of a thousand shapes; {} "
+        "here. ",
+        prediction->limit, doubted == 0 ? "none" : fmt::to_string(doubted));
+    if (!facts.finding.empty()) text += "No landmark is cleared by this: see the warning. ";
+  }
   if (listed < static_cast<std::size_t>(registration.source.count()))
-    text += fmt::format(" Of {} landmarks, the {} with the largest distances are listed; residuals.csv has all.",
+    text += fmt::format("Of {} landmarks, the {} with the largest distances are listed; residuals.csv has all. ",
                         registration.source.count(), listed);
-  return text + " Click a column heading to sort.";
+  return text + "Click a column heading to sort.";
 }
 
-html::ReportTable residual_table(const matching::Registration& registration, const matching::LandmarkShares& shares,
-                                 const std::vector<int>& outliers) {
-  const Landmarks& source = registration.source;
-  const Eigen::VectorXd distances = registration.distances(), noise = noise_shares(registration, shares);
-  html::ReportTable table = landmark_table(source);
-  table.header.insert(table.header.end(), {"distance", "in sigma"});
-  if (noise.size() > 0) table.header.emplace_back("displacement by the noise");
-  for (const int a : listed_landmarks(distances)) {
-    const bool outlier = std::binary_search(outliers.begin(), outliers.end(), a);
-    const double distance = distances[a];
-    std::vector<html::ReportCell> row = landmark_cells(source, a);
-    row.push_back({.text = std::isfinite(distance) ? report_number(distance) : "", .outlier = outlier});
-    row.push_back({std::isfinite(distance) ? report_number(distance / registration.sigma, 3) : ""});
-    if (noise.size() > 0) row.push_back({std::isfinite(noise[a]) ? percent(noise[a]) : ""});
+// A column for what is known of each landmark.
+struct LandmarkColumn {
+  std::string name;
+  Eigen::VectorXd values;
+  std::string (*text)(double);
+};
+
+std::vector<LandmarkColumn> landmark_columns(const matching::Registration& registration,
+                                             const records::RegistrationFacts& facts) {
+  const auto three_digits = [](double value) { return report_number(value, 3); };
+  std::vector<LandmarkColumn> columns;
+  const auto add = [&](const char* name, const Eigen::VectorXd& values, std::string (*text)(double)) {
+    if (values.size() > 0) columns.push_back({name, values, text});
+  };
+  add("distance", registration.distances(), [](double value) { return report_number(value); });
+  add("in sigma", facts.verdicts.residual, three_digits);
+  add("predicted", facts.verdicts.predicted, three_digits);
+  add("energy", facts.shares.energy, three_digits);
+  add("action", facts.shares.action, three_digits);
+  add("displacement by the noise", noise_shares(registration, facts.shares), percent);
+  return columns;
+}
+
+html::ReportTable residual_table(const matching::Registration& registration, const records::RegistrationFacts& facts) {
+  const std::vector<int>& doubted = facts.verdicts.doubted();
+  const std::vector<LandmarkColumn> columns = landmark_columns(registration, facts);
+  html::ReportTable table = landmark_table(registration.source);
+  for (const LandmarkColumn& column : columns) table.header.push_back(column.name);
+  for (const int a : listed_landmarks(columns.front().values)) {
+    std::vector<html::ReportCell> row = landmark_cells(registration.source, a);
+    for (const LandmarkColumn& column : columns)
+      row.push_back({.text = std::isfinite(column.values[a]) ? column.text(column.values[a]) : "",
+                     .outlier = column.name == "predicted" && std::binary_search(doubted.begin(), doubted.end(), a)});
     table.rows.push_back(std::move(row));
   }
-  table.caption = residuals_caption(registration, table.rows.size(), outliers.size());
+  table.caption = residuals_caption(registration, facts, table.rows.size());
   return table;
 }
 
 }  // namespace
 
-std::vector<int> outlying_landmarks(const Eigen::VectorXd& distances, double sigma) {
-  std::vector<double> known;
-  std::copy_if(distances.begin(), distances.end(), std::back_inserter(known),
-               [](double d) { return std::isfinite(d); });
-  if (known.empty()) return {};
-  const double middle = median(known);
-  std::vector<double> deviations = known;
-  for (double& deviation : deviations) deviation = std::abs(deviation - middle);
-  const double least = std::max(middle + kDeviations * kNormalScale * median(deviations), kLeastSigmas * sigma);
-  std::vector<int> outliers;
-  for (int a = 0; a < distances.size(); ++a)
-    if (distances[a] > least) outliers.push_back(a);
-  return outliers;
-}
-
 html::HtmlReport registration_report(const matching::Registration& registration, const Trajectory& path,
                                      const records::RegistrationFacts& facts, const std::vector<std::string>& notes,
                                      const std::filesystem::path& picture, const BelowLandmarks& below) {
-  const std::vector<int> outliers = outlying_landmarks(registration.distances(), registration.sigma);
-  html::HtmlReport report =
-      new_report(short_name(registration.original) + " → " + short_name(registration.target),
-                 lead(registration, facts, outliers.size()), result_warnings(registration), notes);
-  if (std::optional<html::ReportMotion> motion = registration_motion(registration, path, outliers, below.image)) {
+  const std::vector<int>& doubted = facts.verdicts.doubted();
+  html::HtmlReport report = new_report(short_name(registration.original) + " → " + short_name(registration.target),
+                                       lead(registration, facts, doubted.size()), result_warnings(registration), notes);
+  if (std::optional<html::ReportMotion> motion = registration_motion(registration, path, doubted, below.image)) {
     add_surface(below.still, registration, path, *motion);
     report.sections.push_back({"Motion", {std::move(*motion)}});
   }
   add_still(report, "The registration", picture, below.image.has_value() || !below.still.triangles.empty());
   report.sections.push_back({"Numbers", {numbers_table(registration, facts), model_table(registration)}});
-  report.sections.push_back({"Landmarks", {residual_table(registration, facts.shares, outliers)}});
+  report.sections.push_back({"Landmarks", {residual_table(registration, facts)}});
   return report;
 }
 

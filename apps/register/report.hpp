@@ -23,9 +23,4 @@ html::HtmlReport registration_report(const matching::Registration& registration,
                                      const records::RegistrationFacts& facts, const std::vector<std::string>& notes,
                                      const std::filesystem::path& picture, const BelowLandmarks& below);
 
-/// Landmarks whose distance stands out: above the median m of all by more than 5 · 1.4826 · median |distance − m| (for
-/// normal numbers, five standard deviations) and above 2σ, so that a close match has no outliers. Distances that are
-/// NaN play no part.
-std::vector<int> outlying_landmarks(const Eigen::VectorXd& distances, double sigma);
-
 }  // namespace pulson

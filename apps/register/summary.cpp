@@ -6,6 +6,7 @@
 
 #include "registration_warnings.hpp"
 #include "shell/messages.hpp"
+#include "verdict_texts.hpp"
 
 namespace pulson {
 namespace {
@@ -21,11 +22,8 @@ void print_alignment(const matching::Registration& registration) {
 
 void print_kernel(const matching::Registration& registration, const std::string& asked) {
   print_text("kernel     {}", registration_system(registration).kernel.spec(4));
-  if (const auto& fitted = registration.fitted_kernel)
-    print_text(", by maximum likelihood; leave-one-out error {:.3g}{}", fitted->prediction_error,
-               registration.alignment.kind == AlignmentKind::kNone
-                   ? fmt::format(" (at rest: {:.3g})", fitted->alignment_error)
-                   : fmt::format(" (alignment alone: {:.3g})", fitted->alignment_error));
+  if (registration.fitted_kernel)
+    print_text(", by maximum likelihood");
   else if (asked == "auto")
     print_text("{}", registration.data.kind == matching::DataKind::kLandmarks
                          ? ", as wide as the shape: too few landmarks to fit a width"
@@ -102,8 +100,11 @@ void print_costs(const matching::Registration& registration, const records::Regi
   }
   if (facts.counts.order_inversions)
     print_text("topology   {} changed order\n", counted(*facts.counts.order_inversions, "pair", "of landmarks"));
-  if (facts.counts.flipped_triangles)
+  if (facts.counts.flipped_triangles && flips_matter(registration, facts))
     print_text("topology   {} flipped\n", counted(*facts.counts.flipped_triangles, "Delaunay triangle"));
+  if (const std::string text = topology_of_target(registration, facts); !text.empty())
+    print_text("target     {}\n", text);
+  if (const std::string text = place_of_noise(registration, facts); !text.empty()) print_text("noise      {}\n", text);
 }
 
 }  // namespace
@@ -115,6 +116,7 @@ void print_registration(const matching::Registration& registration, const record
   print_alignment(registration);
   print_kernel(registration, asked_kernel);
   print_distances(registration);
+  if (const std::string text = prediction_text(registration, facts); !text.empty()) print_text("predicted  {}\n", text);
   print_model(registration);
   if (facts.fitted) print_fitted(*facts.fitted);
   print_search(registration);

@@ -20,7 +20,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr int kFewestSteps = 20;   // of a path: the fit needs no more than its ends need
-constexpr double kMatchedRms = 3;  // σ, as Registration::matched()
+constexpr double kMatchedRms = 3;  // σ, as the first condition of Registration::matched()
 
 // Where the momenta vanish λ is so large that K + λΣhhᵀ is singular by round-off. It is then one at which they move a
 // landmark by this part of σ: for two outlines of 30 points (sample_shapes/cs_*.csv, p-sd) J is 13.79, 13.68 with a

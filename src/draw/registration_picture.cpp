@@ -11,6 +11,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/draw/pictures.hpp"
 #include "space_panels.hpp"
+#include "verdict_layers.hpp"
 
 namespace pulson::draw {
 namespace {
@@ -80,10 +81,11 @@ void draw_registration(Canvas& canvas, const View& view, const RegistrationPictu
     canvas.segments(result(Eigen::all, figures.target.marked), target(Eigen::all, figures.target.marked),
                     {colour::kTarget, Marks(figure).stroke});
   draw_shape(canvas, result, figure, colour::kResult);
+  draw_doubts(canvas, result, picture.doubted, Marks(figure).ring);
 }
 
 /// The entries for source, target and result, as the figure shows them.
-std::vector<LegendEntry> legend_of_shapes(const Figures& figures) {
+std::vector<LegendEntry> legend_of_shapes(const Figures& figures, const RegistrationPicture& picture) {
   const bool lines = figures.target.marked.empty(), grouped = !figures.target.names.empty();
   std::vector<LegendEntry> entries = legend_of_shape(figures.source, colour::kSource, "source");
   if (!lines || !figures.target.outlines.empty())
@@ -91,6 +93,7 @@ std::vector<LegendEntry> legend_of_shapes(const Figures& figures) {
                                         : ring_entry("target", colour::kTarget));
   if (figures.source.names.empty())
     entries.push_back(legend_of_shape(figures.source, colour::kResult, "result").front());
+  for (LegendEntry& entry : legend_of_verdicts(picture)) entries.push_back(std::move(entry));
   return entries;
 }
 
@@ -110,6 +113,7 @@ Canvas compose_plane(const RegistrationPicture& picture) {
   draw_image(canvas, before, picture.image_before);
   canvas.lines(before.pixels(picture.grid_before), kGridStroke);
   draw_target(canvas, before.pixels(picture.target.points), figures);
+  draw_action(canvas, before.pixels(picture.source.points), picture, true);
   draw_shape(canvas, before.pixels(picture.source.points), figure, colour::kSource);
   draw_numbers(canvas, before.pixels(picture.source.points), figure, picture.source.numbers,
                before.pixels(Points(picture.target.points(Eigen::all, figures.target.marked))));
@@ -117,9 +121,10 @@ Canvas compose_plane(const RegistrationPicture& picture) {
   draw_frame(canvas, after, "Result", stacked);
   draw_image(canvas, after, picture.image_after);
   canvas.lines(after.pixels(picture.grid_after), kGridStroke);
+  draw_action(canvas, after.pixels(picture.result), picture, false);
   draw_registration(canvas, after, picture, figures);
 
-  std::vector<LegendEntry> legend = legend_of_shapes(figures);
+  std::vector<LegendEntry> legend = legend_of_shapes(figures, picture);
   if (!picture.grid_after.empty()) legend.push_back(line_entry("material grid", colour::kGrid));
   legend.push_back(legend_of_time(picture.times));
   draw_legend(canvas, legend);
@@ -139,7 +144,7 @@ Canvas compose_space(const RegistrationPicture& picture) {
                       {faded(colour::kSource, 0.4), Marks(figure).outline});
     draw_registration(plan.canvas, view, picture, figures);
   }
-  std::vector<LegendEntry> legend = legend_of_shapes(figures);
+  std::vector<LegendEntry> legend = legend_of_shapes(figures, picture);
   legend.push_back(arrow_entry("displacement", colour::kMomentum));
   legend.push_back(legend_of_time(picture.times));
   draw_legend(plan.canvas, legend);
@@ -181,10 +186,24 @@ Canvas compose_line(const RegistrationPicture& picture) {
   draw_shape(canvas, at(start, picture.source.points), figure, colour::kSource);
   draw_target(canvas, at(end, picture.target.points), figures);
   draw_shape(canvas, at(end, picture.result), figure, colour::kResult);
-  std::vector<LegendEntry> legend = legend_of_shapes(figures);
+  draw_doubts(canvas, at(end, picture.result), picture.doubted, Marks(figure).ring);
+  std::vector<LegendEntry> legend = legend_of_shapes(figures, picture);
   if (!picture.grid_paths.empty()) legend.push_back(line_entry("paths of material points", colour::kGrid));
   draw_legend(canvas, legend);
   return canvas;
+}
+
+void check_verdicts(const RegistrationPicture& picture) {
+  const int n = picture.source.count();
+  const auto check_landmark = [&](int a) {
+    if (a < 0 || a >= n) throw InputError(fmt::format("registration picture: the source has no landmark {}", a));
+  };
+  for (const int a : picture.doubted) check_landmark(a);
+  for (const auto& triangle : picture.action_triangles)
+    for (const int a : triangle) check_landmark(a);
+  if (picture.action.size() > 0 &&
+      (picture.action.size() != n || !picture.action.allFinite() || picture.action.minCoeff() < 0))
+    throw InputError("registration picture: the action needs a number of 0 or more for each landmark");
 }
 
 void check(const RegistrationPicture& picture) {
@@ -194,6 +213,7 @@ void check(const RegistrationPicture& picture) {
   checks.incomplete_shape(picture.target, source.dimension(), "the target");
   if (picture.corresponds) checks.count(picture.target.points, source, "the source", "the target");
   checks.landmarks(picture.result, source, "the source", "the result");
+  check_verdicts(picture);
   checks.times(picture.times, picture.trajectory.size(), "the trajectory");
   checks.trajectory(picture.trajectory, source, "the source", "trajectory");
   const auto check_lines = [&](const std::vector<Points>& lines, Eigen::Index rows, const std::string& what) {

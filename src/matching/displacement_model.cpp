@@ -1,19 +1,17 @@
 #include <cmath>
+#include <numeric>
 #include <vector>
-
-#include <Eigen/Cholesky>
 
 #include "core/text.hpp"
 #include "displacement_likelihood.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/matching/registration.hpp"
+#include "pulson/matching/landmark_predictions.hpp"
 
 namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 constexpr Index kFewestFree = 4;  // coordinates beyond the directions of the alignment
 constexpr int kWidthsPerOctave = 4;
@@ -31,9 +29,9 @@ std::vector<Index> used_landmarks(const Points& source, const Points& target) {
   return few;
 }
 
-std::vector<Index> all_coordinates(Index count) {
+std::vector<Index> whole_range(Index count) {
   std::vector<Index> all(static_cast<std::size_t>(count));
-  for (Index i = 0; i < count; ++i) all[static_cast<std::size_t>(i)] = i;
+  std::iota(all.begin(), all.end(), 0);
   return all;
 }
 
@@ -61,22 +59,6 @@ double maximum_on(double low, double high, int count, const Function& f) {
   return (a + b) / 2;
 }
 
-// Root mean square over the landmarks of |(P_aa)⁻¹(Pr)_a|, P as in the header with the covariance V.
-double left_out_error(const MatrixXd& v, const MatrixXd& directions, const Points& displacements) {
-  const Index d = displacements.rows(), n = displacements.cols();
-  const Eigen::LLT<MatrixXd> factors(v);
-  const MatrixXd vz = factors.solve(directions);
-  MatrixXd p = factors.solve(MatrixXd::Identity(d * n, d * n));
-  if (directions.cols() > 0) p -= vz * (directions.transpose() * vz).ldlt().solve(vz.transpose());
-  const VectorXd pr = p * displacements.reshaped();
-  double sum = 0;
-  for (Index a = 0; a < n; ++a) {
-    const MatrixXd block = p.block(a * d, a * d, d, d);
-    sum += block.ldlt().solve(pr.segment(a * d, d)).squaredNorm();
-  }
-  return std::sqrt(sum / static_cast<double>(n));
-}
-
 }  // namespace
 
 std::optional<DisplacementModel> fit_displacements(const Points& source, const Points& target,
@@ -92,7 +74,7 @@ std::optional<DisplacementModel> fit_displacements(const Points& source, const P
   const Points q0 = (source(Eigen::all, used).colwise() - source(Eigen::all, used).rowwise().mean()) / size;
   const Points displacements = (target(Eigen::all, used) - source(Eigen::all, used)) / size;
   const DisplacementDraws draws{q0, displacements.reshaped(),
-                                motion_directions(q0, options.alignment, all_coordinates(d * n))};
+                                motion_directions(q0, options.alignment, whole_range(d * n))};
   if (d * n < draws.directions.cols() + kFewestFree) return std::nullopt;
 
   const double variance = std::pow(options.sigma / size, 2);
@@ -114,10 +96,11 @@ std::optional<DisplacementModel> fit_displacements(const Points& source, const P
       best = {{options.profile, alpha, 1}, std::exp(-2 * log_deviation), value, 0, 0, n};
   }
   if (!std::isfinite(best.log_likelihood)) return std::nullopt;  // sigma leaves the range of numbers
-  const MatrixXd v = on_each_axis(kernel_of(best.kernel.alpha).gram(q0, q0), d) / best.lambda +
-                     variance * MatrixXd::Identity(d * n, d * n);
-  best.prediction_error = size * left_out_error(v, draws.directions, displacements);
-  best.alignment_error = size * left_out_error(MatrixXd::Identity(d * n, d * n), draws.directions, displacements);
+  const std::vector<Index> all = whole_range(n);
+  const KnownDisplacements known{q0, displacements, draws.directions, all};
+  const KernelTerm fitted{options.profile, best.kernel.alpha, 1 / best.lambda};
+  best.prediction_error = size * predict_displacements(known, KernelOperator({fitted}), variance).error();
+  best.alignment_error = size * predict_displacements(known, std::nullopt, 1).error();
   if (!std::isfinite(best.prediction_error) || !std::isfinite(best.alignment_error)) return std::nullopt;
   best.kernel.alpha *= size;
   best.lambda = options.lambda.value_or(best.lambda / (size * size));

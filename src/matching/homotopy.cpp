@@ -103,7 +103,8 @@ std::vector<HomotopyStep> follow_homotopy(const Landmarks& source, const Landmar
     const PathSolution& best = level.best;
     Registration at = registration;
     at.result = best.path.end();
-    steps.push_back({level.beta, best.cost, at.rms(), at.matched(), best.converged, best.iterations});
+    steps.push_back(
+        {level.beta, best.cost, at.rms(), at.matched(), best.converged, best.iterations, at.unmatched_landmarks()});
   }
   return steps;
 }

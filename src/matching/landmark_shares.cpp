@@ -57,12 +57,8 @@ VectorXd energy_by_landmark(const Registration& registration, const StochasticSy
 
 VectorXd data_by_landmark(const Registration& registration) {
   if (registration.data.kind != DataKind::kLandmarks) return {};
-  const DataOptions& data = registration.data;
-  const LandmarkTerm term({registration.target.points, registration.sigma, data.weights, data.covariances});
-  const Points misfit = registration.result - term.target();
-  VectorXd parts(misfit.cols());
-  for (Index a = 0; a < parts.size(); ++a) parts[a] = 0.5 * misfit.col(a).dot(term.precision(a) * misfit.col(a));
-  return parts;
+  const VectorXd parts = registration.residuals_over_sigma();
+  return parts.array().isNaN().select(0, 0.5 * parts.array().square());
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
+#include "pulson/matching/landmark_predictions.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "registration_problem.hpp"
 #include "shootable_momenta.hpp"
@@ -33,6 +34,9 @@ constexpr EnumNames<MatchingMode, 5> kModes = {"mode",
 constexpr EnumNames<DataKind, 3> kDataKinds = {
     "data",
     {{{"landmarks", DataKind::kLandmarks}, {"varifold", DataKind::kVarifold}, {"current", DataKind::kCurrent}}}};
+
+constexpr double kMatchedRms = 3;    // σ
+constexpr double kMatchedPart = 20;  // a match leaves this fraction of the distance
 
 Points mean_end(const std::vector<Trajectory>& paths) {
   Points mean = paths.front().final().q;
@@ -264,6 +268,11 @@ double root_mean_square(const Eigen::VectorXd& distances) {
   return std::sqrt(missing.select(0, distances).squaredNorm() / static_cast<double>((!missing).count()));
 }
 
+// The σ that a match is held to: a user's may be finer than the shapes need.
+double match_scale(const Registration& registration) {
+  return std::max(registration.sigma, registration.initial_rms() / (kMatchedRms * kMatchedPart));
+}
+
 // A path beyond the range of numbers is no match, whatever the search made of it.
 void require_finite_result(const Registration& registration) {
   const auto refuse = [](std::string_view what) {
@@ -324,9 +333,29 @@ double Registration::max_residual() const {
   return all.array().isNaN().select(0, all).maxCoeff();
 }
 
+Eigen::VectorXd Registration::residuals_over_sigma() const {
+  Eigen::VectorXd parts = distances() / sigma;
+  if (data.kind != DataKind::kLandmarks || (data.weights.size() == 0 && data.covariances.empty())) return parts;
+  const LandmarkTerm term({target.points, sigma, data.weights, data.covariances});
+  const Points misfit = result - term.target();
+  for (Eigen::Index a = 0; a < parts.size(); ++a)
+    if (std::isfinite(parts[a])) parts[a] = std::sqrt(misfit.col(a).dot(term.precision(a) * misfit.col(a)));
+  return parts;
+}
+
+std::vector<int> Registration::unmatched_landmarks() const {
+  if (data.kind != DataKind::kLandmarks) return {};
+  const Eigen::VectorXd parts = residuals_over_sigma();
+  const Eigen::Index observed = (!parts.array().isNaN()).count();
+  const double most = largest_of_chi(source.dimension(), observed) * match_scale(*this) / sigma;
+  std::vector<int> unmatched;
+  for (Eigen::Index a = 0; a < parts.size(); ++a)
+    if (parts[a] > most) unmatched.push_back(static_cast<int>(a));
+  return unmatched;
+}
+
 bool Registration::matched() const {
-  const double before = initial_rms(), after = rms();
-  return std::isfinite(before) && after <= std::max(3 * sigma, before / 20);
+  return std::isfinite(initial_rms()) && rms() <= kMatchedRms * match_scale(*this) && unmatched_landmarks().empty();
 }
 
 Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
@@ -384,13 +413,17 @@ Trajectory replay(const Registration& registration) {
   return mean_path(paths);
 }
 
-int order_inversions(const Points& before, const Points& after) {
-  require_size("landmarks on a line", before, 1, before.cols());
-  require_size("landmarks on a line", after, 1, before.cols());
+int order_inversions(const Points& before, const Points& after) { return exchanged_as_asked(before, after, after); }
+
+int exchanged_as_asked(const Points& before, const Points& after, const Points& end) {
+  for (const Points* points : {&before, &after, &end}) require_size("landmarks on a line", *points, 1, before.cols());
+  const auto differs = [&](const Points& points, Eigen::Index a, Eigen::Index b) {
+    return (before(0, a) - before(0, b)) * (points(0, a) - points(0, b)) < 0;
+  };
   int count = 0;
   for (Eigen::Index b = 1; b < before.cols(); ++b)
     for (Eigen::Index a = 0; a < b; ++a)
-      if ((before(0, a) - before(0, b)) * (after(0, a) - after(0, b)) < 0) ++count;
+      if (differs(after, a, b) && differs(end, a, b)) ++count;
   return count;
 }
 

@@ -15,6 +15,7 @@
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/records/records.hpp"
 #include "record_text.hpp"
+#include "verdicts_json.hpp"
 
 namespace pulson::records {
 
@@ -290,13 +291,15 @@ formats::Json minima_json(const std::vector<matching::Minimum>& minima) {
 }
 
 // The least β that matches is null where the first does not.
-formats::Json homotopy_json(const std::vector<matching::HomotopyStep>& steps) {
+formats::Json homotopy_json(const matching::Registration& registration,
+                            const std::vector<matching::HomotopyStep>& steps) {
   formats::Json values = formats::Json::array();
   for (const matching::HomotopyStep& step : steps)
     values.push_back({{"beta", step.beta},
                       {"cost", cost_json(step.cost)},
                       {"rms", step.rms},
                       {"matched", step.matched},
+                      {"unmatched", numbers_of(registration.source, step.unmatched)},
                       {"converged", step.converged},
                       {"iterations", step.iterations}});
   const auto least = least_needed(steps);
@@ -343,6 +346,7 @@ std::string registration_json(const matching::Registration& registration, const 
   json["cost"] = cost_json(registration.cost);
   if (!registration.minima.empty()) json["minima"] = minima_json(registration.minima);
   json["shares"] = shares_json(registration, facts.shares);
+  add_verdicts(registration, facts, json);
   json["rms"] = registration.rms();
   json["initial_rms"] = registration.initial_rms();
   json["original_rms"] = registration.original_rms();
@@ -358,7 +362,7 @@ std::string registration_json(const matching::Registration& registration, const 
   json["target"] = defined_or_null(formats::points_json(registration.target.points));
   json["result"] = formats::points_json(registration.result);
   if (registration.uncertainty) json["uncertainty"] = uncertainty_json(*registration.uncertainty);
-  if (!facts.homotopy.empty()) json["homotopy"] = homotopy_json(facts.homotopy);
+  if (!facts.homotopy.empty()) json["homotopy"] = homotopy_json(registration, facts.homotopy);
   if (facts.fitted) json["fitted"] = fitted_json(*facts.fitted);
   if (registration.spread.size() > 0) json["spread"] = formats::points_json(registration.spread);
   json["momenta"] = formats::points_json(registration.momenta);

@@ -80,12 +80,16 @@ std::vector<std::array<int, 3>> delaunay_triangles(const Points& points) {
   return triangles;
 }
 
-int flipped_triangles(const Points& before, const Points& after) {
+std::vector<std::array<int, 3>> triangles_flipped(const Points& before, const Points& after) {
   require_size("the points of a triangulation", after, 2, before.cols());
-  int count = 0;
+  std::vector<std::array<int, 3>> flipped;
   for (const std::array<int, 3>& triangle : delaunay_triangles(before))
-    count += twice_area(after, triangle) < 0 ? 1 : 0;
-  return count;
+    if (twice_area(after, triangle) < 0) flipped.push_back(triangle);
+  return flipped;
+}
+
+int flipped_triangles(const Points& before, const Points& after) {
+  return static_cast<int>(std::ssize(triangles_flipped(before, after)));
 }
 
 }  // namespace pulson::warp

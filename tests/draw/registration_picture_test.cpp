@@ -168,6 +168,27 @@ TEST_F(RegistrationPictureTest, SpaceIsUnfoldedAndSmallDisplacementsAreMagnified
   draw(picture);
 }
 
+TEST_F(RegistrationPictureTest, ShowsWhereTheNoiseActsAndWhatIsDoubted) {
+  RegistrationPicture picture = example(2, 8, loop(2, 8, 1.3));
+  picture.action_triangles = {{0, 1, 2}, {3, 4, 5}};
+  draw(picture);
+  EXPECT_FALSE(contains(contents("picture.svg"), "action of the noise"));
+  picture.action = Eigen::VectorXd::Zero(8);
+  picture.action[1] = 1;
+  picture.doubted = {1, 6};
+  draw(picture);
+  const std::string svg = contents("picture.svg");
+  EXPECT_TRUE(contains(svg, "action of the noise"));
+  EXPECT_TRUE(contains(svg, "doubted by prediction"));
+  // In each panel.
+  EXPECT_GE(svg_parts(svg, "#B03A63").discs.size(), 2U);
+  picture.doubted = {8};
+  EXPECT_EQ(refusal(picture), "registration picture: the source has no landmark 8");
+  picture.doubted = {};
+  picture.action[2] = -1;
+  EXPECT_EQ(refusal(picture), "registration picture: the action needs a number of 0 or more for each landmark");
+}
+
 TEST_F(RegistrationPictureTest, SaysWhatIsWrongWithTheTarget) {
   const Points target = loop(2, 8, 1.3);
   const auto refusal_with = [&](const auto& change) {

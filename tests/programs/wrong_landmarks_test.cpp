@@ -57,10 +57,18 @@ TEST_F(WrongLandmarks, ThatAreExchangedAreNamed) {
     EXPECT_THAT(run_line(line).err,
                 HasSubstr("warning: specimen 'leaf_5' (leaves.csv#5): landmarks 10 and 17 look exchanged"))
         << line;
-  EXPECT_THAT(run_line("register leaves.csv#1 leaves.csv#5").err,
-              AllOf(HasSubstr("leaves.csv#5: landmarks 10 and 17 look exch"),
-                    HasSubstr("; pulson audit leaves.csv#1 leaves.csv#5\n")));
-  EXPECT_THAT(run_line("register leaves.csv#1 leaves.csv#2").err, Not(HasSubstr("look")));
+  const ProgramRun pair = run_line("register leaves.csv#1 leaves.csv#5");
+  EXPECT_THAT(pair.err, AllOf(HasSubstr("leaves.csv#5: landmarks 10 and 17 look exch"),
+                              HasSubstr("; pulson audit leaves.csv#1 leaves.csv#5\n")));
+  EXPECT_THAT(pair.out, HasSubstr("landmarks 10, 17 are not where the others predict them"));
+  const nlohmann::json record = read_json("out/registration.json");
+  EXPECT_EQ(record["prediction"]["doubted"], nlohmann::json({10, 17}));
+  EXPECT_EQ(record["verdicts"].size(), 19U);
+  EXPECT_GT(record["verdicts"][9]["predicted_over_sigma"], record["prediction"]["limit"]);
+  EXPECT_THAT(contents("out/report.html"), HasSubstr("\"outliers\":[9,16]"));
+  const ProgramRun untouched = run_line("register leaves.csv#1 leaves.csv#2");
+  EXPECT_THAT(untouched.err, Not(HasSubstr("look")));
+  EXPECT_THAT(untouched.out, HasSubstr("each landmark is where the others predict it"));
 }
 
 TEST_F(WrongLandmarks, OfMirroredAndRescaledSpecimensAreNamed) {
@@ -84,7 +92,9 @@ TEST_F(WrongLandmarks, InReverseOrderAreNamed) {
   for (int k = 29; k >= 0; --k) backwards << point(k, 0.4);
   forwards.close();
   backwards.close();
-  EXPECT_THAT(run_line("register a.csv b.csv").err, HasSubstr("b.csv: its landmarks look to be in reverse order"));
+  const ProgramRun done = run_line("register a.csv b.csv");
+  EXPECT_THAT(done.err, HasSubstr("b.csv: its landmarks look to be in reverse order"));
+  EXPECT_THAT(done.out, HasSubstr("no landmark is cleared"));
 }
 
 TEST_F(WrongLandmarks, AreMatchedInCount) {

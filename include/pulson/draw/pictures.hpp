@@ -84,8 +84,13 @@ struct RegistrationPicture {
   std::vector<std::array<int, 3>> triangles{};
   Points surface_before{};  ///< d = 3: its vertices 3×V, with the source
   Points surface_after{};   ///< d = 3: the same with the result
-  std::string title;        ///< one line, may be empty
-  std::string subtitle;     ///< one line, may be empty
+  /// d = 2: N, how much of the noise's action each landmark has; 0 or more; may be empty
+  Eigen::VectorXd action{};
+  std::vector<std::array<int, 3>>
+      action_triangles{};      ///< d = 2: of source landmarks, shaded by the mean of their action
+  std::vector<int> doubted{};  ///< landmarks of the result that have a ▲
+  std::string title;           ///< one line, may be empty
+  std::string subtitle;        ///< one line, may be empty
 };
 
 /// How the landmarks of one group are joined in a picture.

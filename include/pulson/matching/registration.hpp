@@ -200,8 +200,14 @@ struct Registration {
   /// The same before the alignment.
   double original_rms() const;
   double max_residual() const;
-  /// Whether the shapes were brought together: rms is at most 3σ, or a twentieth of what it was. A minimum that leaves
-  /// them further apart is reported as no match.
+  /// √(r_aᵀR_a⁻¹r_a) of each landmark's r = q(T) − y, with R = σ² where neither weights nor covariances say otherwise;
+  /// NaN where nothing is observed. For curves the distance over σ.
+  Eigen::VectorXd residuals_over_sigma() const;
+  /// Landmarks that are too far from their targets for one of so many: by more than largest_of_chi() in units of σ, or
+  /// of a sixtieth of the distance before, if that is more: of both, rms may be three. None of curves.
+  std::vector<int> unmatched_landmarks() const;
+  /// Whether the shapes were brought together: rms is at most 3σ, or a twentieth of what it was, and there are no
+  /// unmatched_landmarks(). A minimum that leaves them further apart is reported as no match.
   bool matched() const;
 };
 
@@ -221,6 +227,10 @@ std::shared_ptr<const NoiseModel> registration_noise(const Registration& registr
 
 /// Pairs of landmarks on a line whose order differs between the two sets. @param before, after 1×N
 int order_inversions(const Points& before, const Points& after);
+
+/// Of these pairs those whose order is that of `after` in `end`, too: which of the exchanges that a target asks for a
+/// path makes. @param end 1×N
+int exchanged_as_asked(const Points& before, const Points& after, const Points& end);
 
 /// The contribution of flow and noise to each landmark's displacement, and its share of the cost.
 struct LandmarkShares {
@@ -248,7 +258,8 @@ struct HomotopyStep {
   double rms = 0;  ///< length units
   bool matched = false;
   bool converged = false;
-  int iterations = 0;  ///< of all searches at this β
+  int iterations = 0;            ///< of all searches at this β
+  std::vector<int> unmatched{};  ///< Registration::unmatched_landmarks()
 
   /// The fraction by which J would grow if β were halved, to first order: dJ/d ln β = −2·action.
   double growth() const;

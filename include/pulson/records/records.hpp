@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -8,20 +9,26 @@
 
 #include "pulson/ensemble/ensemble.hpp"
 #include "pulson/inference/fit_parameters.hpp"
+#include "pulson/matching/landmark_verdicts.hpp"
 #include "pulson/matching/registration.hpp"
 
 namespace pulson::records {
 
 /// Counts that measure how far the result is from a diffeomorphic image of the source; none where undefined.
 struct TopologyCounts {
-  std::optional<int> order_inversions;   ///< d = 1: pairs of landmarks that changed order
-  std::optional<int> flipped_triangles;  ///< d = 2: flipped triangles of the source's Delaunay triangulation
+  std::optional<int> order_inversions;       ///< d = 1: pairs of landmarks that changed order
+  std::optional<int> flipped_triangles;      ///< d = 2: flipped triangles of the source's Delaunay triangulation
+  std::optional<int> target_inversions{};    ///< d = 1: pairs whose order is another one in the target
+  std::optional<int> exchanged_as_target{};  ///< d = 1: of these, those that the path exchanges
+  std::optional<std::vector<std::array<int, 3>>> target_flips{};  ///< d = 2: of these triangles, those of the target
 };
 
 /// Additional facts about a registration.
 struct RegistrationFacts {
   TopologyCounts counts{};
   matching::LandmarkShares shares{};
+  matching::LandmarkVerdicts verdicts{};
+  std::string finding{};  ///< of the audit of the pair, as that the order is reversed: then no landmark is cleared
   std::optional<inference::FittedParameters> fitted{};  ///< where parameters were fitted before
   std::vector<matching::HomotopyStep> homotopy{};       ///< where it was followed
 };

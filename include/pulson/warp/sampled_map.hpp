@@ -13,8 +13,11 @@ namespace pulson::warp {
 /// on a line or there are fewer than three. @param points 2×N
 std::vector<std::array<int, 3>> delaunay_triangles(const Points& points);
 
-/// Triangles of the Delaunay triangulation of `before` whose orientation is reversed in `after`. @param before, after
-/// 2×N
+/// Triangles of the Delaunay triangulation of `before` whose orientation is reversed in `after`, of which those that
+/// miss a coordinate are none. @param before, after 2×N
+std::vector<std::array<int, 3>> triangles_flipped(const Points& before, const Points& after);
+
+/// How many there are.
 int flipped_triangles(const Points& before, const Points& after);
 
 /// The nodes of a grid over an image: node (c, r) is at (c + first, r + first) in pixel coordinates.

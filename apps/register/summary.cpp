@@ -46,6 +46,23 @@ void print_model(const matching::Registration& registration) {
                *registration.noise_displacement / registration.sigma);
 }
 
+void print_suspects(const matching::Registration& registration) {
+  if (!registration.robust) return;
+  std::vector<std::string> suspects;
+  const Eigen::VectorXd& weights = registration.robust->weights;
+  for (int a = 0; a < registration.source.count(); ++a)
+    if (weights[a] < matching::kSuspectWeight)
+      suspects.push_back(
+          fmt::format("{} ({}{:.2f})", registration.source.describe(a), suspects.empty() ? "weight " : "", weights[a]));
+  if (suspects.empty()) {
+    print_text("suspects   none, by loss {}\n", registration.robust->loss);
+    return;
+  }
+  std::string text = suspects.front();
+  for (std::size_t i = 1; i < suspects.size(); ++i) text += (i + 1 == suspects.size() ? " and " : ", ") + suspects[i];
+  print_text("suspects   {} {}\n", suspects.size() == 1 ? "landmark" : "landmarks", text);
+}
+
 void print_search(const matching::Registration& registration) {
   print_text("{} {} of solver {} in {:.2f} s: {} (relative gradient {:.1e})\n",
              registration.converged ? "converged " : "STOPPED   ", counted(registration.iterations, "iteration"),
@@ -115,6 +132,7 @@ void print_registration(const matching::Registration& registration, const record
   print_alignment(registration);
   print_kernel(registration, asked_kernel);
   print_distances(registration);
+  print_suspects(registration);
   print_model(registration);
   if (facts.fitted) print_fitted(*facts.fitted);
   print_search(registration);

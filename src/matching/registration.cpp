@@ -30,6 +30,8 @@ constexpr EnumNames<MatchingMode, 5> kModes = {"mode",
                                                  {"map", MatchingMode::kMap},
                                                  {"pathwise", MatchingMode::kPathwise},
                                                  {"expected", MatchingMode::kExpected}}}};
+constexpr int kMostWeightings = 10;  // fits, one for each set of weights
+
 constexpr EnumNames<DataKind, 3> kDataKinds = {
     "data",
     {{{"landmarks", DataKind::kLandmarks}, {"varifold", DataKind::kVarifold}, {"current", DataKind::kCurrent}}}};
@@ -63,6 +65,8 @@ void record_problem(const RegistrationProblem& problem, const RegistrationOption
   registration.samples = std::max(1, static_cast<int>(problem.matching.realisations.size()));
   registration.alignment = problem.alignment;
   registration.fitted_kernel = problem.fitted_kernel;
+  if (problem.robust)
+    registration.robust = {loss_spec(*options.loss, problem.source.dimension()), problem.robust->weights};
   registration.source = problem.source;
   registration.original = problem.original;
   registration.target = problem.target;
@@ -259,9 +263,30 @@ Eigen::VectorXd distances_in(const Registration& registration, const Points& q) 
   return distances_to_curve(q, make_curve(registration.target, registration.data.ends));
 }
 
-double root_mean_square(const Eigen::VectorXd& distances) {
-  const auto missing = distances.array().isNaN();
-  return std::sqrt(missing.select(0, distances).squaredNorm() / static_cast<double>((!missing).count()));
+// By the weights of a loss.
+double root_mean_square(const Registration& registration, const Eigen::VectorXd& distances) {
+  const auto observed = (!distances.array().isNaN()).cast<double>();
+  const Eigen::ArrayXd weights =
+      registration.robust ? Eigen::ArrayXd(observed * registration.robust->weights.array()) : Eigen::ArrayXd(observed);
+  const Eigen::ArrayXd squares = distances.array().isNaN().select(0, distances).array().square();
+  return std::sqrt((weights * squares).sum() / weights.sum());
+}
+
+Registration solved(const RegistrationProblem& problem, const RegistrationOptions& options,
+                    const MinimiseOptions& how) {
+  const MatchingProblem& matching = problem.matching;
+  Registration registration;
+  record_problem(problem, options, registration);
+  if (by_paths(registration, how)) {
+    record_paths(problem, how, options.more_steps, registration);
+    if (options.uncertainty) registration.uncertainty = uncertainty_of(matching, registration);
+  } else {
+    const ShootingSolution found = shoot(matching, shooting_options(problem, options, how));
+    record_solution(found, registration);
+    if (options.uncertainty)
+      registration.uncertainty = laplace(MatchingObjective(found.problem), found.summary.solution);
+  }
+  return registration;
 }
 
 // A path beyond the range of numbers is no match, whatever the search made of it.
@@ -312,12 +337,12 @@ double Registration::rms() const {
     const Eigen::VectorXd squares = spread.colwise().squaredNorm();
     all = (all.array().square() + squares.array()).sqrt();
   }
-  return root_mean_square(all);
+  return root_mean_square(*this, all);
 }
 
-double Registration::initial_rms() const { return root_mean_square(distances_in(*this, source.points)); }
+double Registration::initial_rms() const { return root_mean_square(*this, distances_in(*this, source.points)); }
 
-double Registration::original_rms() const { return root_mean_square(distances_in(*this, original.points)); }
+double Registration::original_rms() const { return root_mean_square(*this, distances_in(*this, original.points)); }
 
 double Registration::max_residual() const {
   const Eigen::VectorXd all = distances();
@@ -332,20 +357,13 @@ bool Registration::matched() const {
 Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
   const SerialBlas serial;
   const auto start = std::chrono::steady_clock::now();
-  const RegistrationProblem problem = make_problem(source, target, options);
-  const MatchingProblem& matching = problem.matching;
-  Registration registration;
-  record_problem(problem, options, registration);
+  RegistrationProblem problem = make_problem(source, target, options);
   MinimiseOptions how = options.minimise;
   how.seed = options.seed;
-  if (by_paths(registration, how)) {
-    record_paths(problem, how, options.more_steps, registration);
-    if (options.uncertainty) registration.uncertainty = uncertainty_of(matching, registration);
-  } else {
-    const ShootingSolution found = shoot(matching, shooting_options(problem, options, how));
-    record_solution(found, registration);
-    if (options.uncertainty)
-      registration.uncertainty = laplace(MatchingObjective(found.problem), found.summary.solution);
+  Registration registration = solved(problem, options, how);
+  for (int i = 1; i < kMostWeightings && registration.result.allFinite() && !how.is_interrupted(); ++i) {
+    if (!reweight(problem, registration.result)) break;
+    registration = solved(problem, options, how);
   }
   if (how.is_interrupted()) {
     registration.converged = false;

@@ -48,19 +48,8 @@ void print_model(const matching::Registration& registration) {
 
 void print_suspects(const matching::Registration& registration) {
   if (!registration.robust) return;
-  std::vector<std::string> suspects;
-  const Eigen::VectorXd& weights = registration.robust->weights;
-  for (int a = 0; a < registration.source.count(); ++a)
-    if (weights[a] < matching::kSuspectWeight)
-      suspects.push_back(
-          fmt::format("{} ({}{:.2f})", registration.source.describe(a), suspects.empty() ? "weight " : "", weights[a]));
-  if (suspects.empty()) {
-    print_text("suspects   none, by loss {}\n", registration.robust->loss);
-    return;
-  }
-  std::string text = suspects.front();
-  for (std::size_t i = 1; i < suspects.size(); ++i) text += (i + 1 == suspects.size() ? " and " : ", ") + suspects[i];
-  print_text("suspects   {} {}\n", suspects.size() == 1 ? "landmark" : "landmarks", text);
+  const std::string suspects = suspects_text(registration);
+  print_text("suspects   {}\n", suspects.empty() ? "none, by loss " + registration.robust->loss : suspects);
 }
 
 void print_search(const matching::Registration& registration) {
@@ -124,6 +113,18 @@ void print_costs(const matching::Registration& registration, const records::Regi
 }
 
 }  // namespace
+
+std::string suspects_text(const matching::Registration& registration) {
+  std::vector<std::string> suspects;
+  for (int a = 0; registration.robust && a < registration.source.count(); ++a)
+    if (const double weight = registration.robust->weights[a]; weight < matching::kSuspectWeight)
+      suspects.push_back(
+          fmt::format("{} ({}{:.2f})", registration.source.describe(a), suspects.empty() ? "weight " : "", weight));
+  std::string text;
+  for (std::size_t i = 0; i < suspects.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == suspects.size() ? " and " : ", ") + suspects[i];
+  return text.empty() ? text : fmt::format("{} {}", suspects.size() == 1 ? "landmark" : "landmarks", text);
+}
 
 void print_registration(const matching::Registration& registration, const records::RegistrationFacts& facts,
                         const std::string& asked_kernel) {

@@ -198,7 +198,7 @@ void fit_robust_model(Atlas& atlas, std::vector<Landmarks> shapes, const AtlasOp
     atlas.specimens[i].suspects = suspects[i];
     if (!suspects[i].empty())
       atlas.notes.push_back(fmt::format(
-          "{}: {} {} wrong and taken as missing: {}", shapes[i].source, text::counted(suspects[i].size(), "landmark"),
+          "{}: {} {} wrong; taken as missing: {}", shapes[i].source, text::counted(suspects[i].size(), "landmark"),
           suspects[i].size() == 1 ? "looks" : "look", all_listed(shapes[i], suspects[i])));
   }
 }

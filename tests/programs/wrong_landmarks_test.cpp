@@ -12,6 +12,7 @@ namespace pulson {
 namespace {
 
 using testing::AllOf;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -63,7 +64,7 @@ TEST_F(WrongLandmarks, HaveNoInfluenceOnARobustFit) {
   EXPECT_EQ(run(words("warp out leaves.csv#1 -o moved.csv")).exit_code, 0) << "the record is read again";
   for (const std::string line : {"--loss welsch", "--robust --sigma fit", "--loss huber --data varifold"})
     EXPECT_EQ(run_line("register leaves.csv#1 leaves.csv#2 " + line).exit_code, 2) << line;
-  EXPECT_THAT(run_line("atlas leaves.csv --robust").err, HasSubstr("leaves.csv#2: 1 landmark looks wrong"));
+  EXPECT_THAT(run_line("atlas leaves.csv --robust").err, ContainsRegex("leaves.csv#2: .* wrong; taken as missing: 10"));
 }
 
 TEST_F(WrongLandmarks, ThatAreExchangedAreNamed) {

@@ -160,10 +160,6 @@ OpenModel RegisterArguments::model() const { return {kernel, noise, sigma, lambd
 
 std::optional<matching::RobustLoss> RegisterArguments::robust_loss() const {
   if (!robust && loss.empty()) return std::nullopt;
-  const std::string_view option = robust ? "--robust" : "--loss";
-  if (!model().names().empty())
-    throw InputError(fmt::format("{} and a number that is 'fit' do not go together", option));
-  if (homotopy) throw InputError(fmt::format("{} and --homotopy do not go together", option));
   return robust ? matching::RobustLoss{} : matching::parse_loss(loss);
 }
 

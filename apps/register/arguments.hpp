@@ -55,7 +55,7 @@ struct RegisterArguments {
 
   OpenModel model() const;
 
-  /// None: least squares. @throws InputError where it does not go with other options
+  /// None: least squares. @throws InputError
   std::optional<matching::RobustLoss> robust_loss() const;
 
   /// The image of the source, whose size and pixels its frame then has. @throws InputError

@@ -30,6 +30,7 @@ void AtlasArguments::add_to(CLI::App& verb) {
                   "fitted; 0: the template is carried onto each shape exactly")
       ->type_name("LENGTH")
       ->capture_default_str();
+  verb.add_flag("--robust", options.robust, "take landmarks that the others of their shape contradict as missing");
   verb.add_option("--noise", noise, "none, or ch-sd:beta=B: metamorphosis, in which landmarks move individually, too")
       ->type_name("SPEC")
       ->capture_default_str();

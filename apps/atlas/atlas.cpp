@@ -62,7 +62,7 @@ struct Files {
         complete("complete", "complete.csv"),
         names{"atlas.json",    template_file.name, "momenta.npy",           "momenta.csv", aligned.name,
               "specimens.csv", "scores.csv",       "procrustes_scores.csv", "modes.csv"} {
-    if (std::any_of(shapes.begin(), shapes.end(), misses_landmarks)) {
+    if (arguments.options.robust || std::any_of(shapes.begin(), shapes.end(), misses_landmarks)) {
       names.emplace_back("predicted.csv");
       names.push_back(complete.name);
     }
@@ -83,6 +83,13 @@ std::vector<double> shown_values(const AtlasArguments& arguments, const Eigen::V
   if (known.empty()) return {};
   const auto [low, high] = std::minmax_element(known.begin(), known.end());
   return {*low, (*low + *high) / 2, *high};
+}
+
+// With suspects missing.
+std::vector<Landmarks> without_suspects(const cohort::Atlas& atlas, std::vector<Landmarks> shapes) {
+  for (std::size_t i = 0; i < shapes.size(); ++i)
+    for (const int a : atlas.specimens[i].suspects) shapes[i].points.col(a).setConstant(text::kMissing);
+  return shapes;
 }
 
 void predict_missing(AtlasResults& results, const std::vector<Landmarks>& shapes) {
@@ -267,7 +274,7 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
   for (const Landmarks& shape : shapes) results.names.push_back(shape.name);
   for (const std::string& note : notes_of_names(shapes))
     notes.push_back(note + "; landmark tables number them, as in NAME#3");
-  find_statistics(results, arguments, shapes, covariate);
+  find_statistics(results, arguments, without_suspects(results.atlas, shapes), covariate);
   progress.clear();
   results.seconds = seconds_now() - start;
   notes.insert(notes.end(), results.atlas.notes.begin(), results.atlas.notes.end());

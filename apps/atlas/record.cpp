@@ -41,6 +41,7 @@ Json specimen_json(const SpecimenRow& row) {
   Json json{{"name", results.names[i]}, {"source", specimen.shape.source}};
   for (const Fact<SpecimenRow>& fact : specimen_facts())
     if (fact.key != "specimen") add_fact(json, fact.key, fact.value(row));
+  for (const int a : specimen.suspects) json["suspects"].push_back(a + 1);
   if (!results.groups.empty()) json["group"] = results.groups[i];
   if (!results.covariate.empty() && std::isfinite(results.covariate[i]))
     json[results.covariate_name] = results.covariate[i];

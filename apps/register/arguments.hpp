@@ -36,6 +36,8 @@ struct RegisterArguments {
   std::string curve_ends = "auto";
   std::string weights;      ///< a file, or empty
   std::string covariances;  ///< a file, or empty
+  std::string loss;         ///< a specification, or empty: least squares
+  bool robust = false;
   bool homotopy = false;
   std::string image;                 ///< of the source; empty: the one that its file names
   std::optional<double> pixel_size;  ///< of that image
@@ -52,6 +54,9 @@ struct RegisterArguments {
   bool asks_for_cohort() const;
 
   OpenModel model() const;
+
+  /// None: least squares. @throws InputError
+  std::optional<matching::RobustLoss> robust_loss() const;
 
   /// The image of the source, whose size and pixels its frame then has. @throws InputError
   SourceImage source_image(Landmarks& shape, std::vector<std::string>& notes) const;

@@ -19,6 +19,7 @@
 #include "shell/picture_sizes.hpp"
 #include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
+#include "summary.hpp"
 #include "verdict_texts.hpp"
 
 namespace pulson {
@@ -107,7 +108,11 @@ CohortMatches matches_in(const records::UnitRun& run) {
   for (const auto& [unit, match] : run.results) {
     const auto s = static_cast<std::size_t>(unit);
     cohort.specimens.push_back(specimen_of(match, targets.at(s), folders[s]));
-    if (const auto& registration = cohort.specimens.back().registration) notes.add(registration->notes);
+    const auto& registration = cohort.specimens.back().registration;
+    if (!registration) continue;
+    notes.add(registration->notes);
+    if (const std::string suspects = suspects_text(*registration); !suspects.empty())
+      cohort.notes.push_back(fmt::format("{}: suspects: {}", cohort.specimens.back().name, suspects));
   }
   const std::vector<std::string> of_matches = std::move(notes).lines();
   cohort.notes.insert(cohort.notes.end(), of_matches.begin(), of_matches.end());

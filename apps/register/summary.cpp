@@ -44,6 +44,12 @@ void print_model(const matching::Registration& registration) {
                *registration.noise_displacement / registration.sigma);
 }
 
+void print_suspects(const matching::Registration& registration) {
+  if (!registration.robust) return;
+  const std::string suspects = suspects_text(registration);
+  print_text("suspects   {}\n", suspects.empty() ? "none, by loss " + registration.robust->loss : suspects);
+}
+
 void print_search(const matching::Registration& registration) {
   print_text("{} {} of solver {} in {:.2f} s: {} (relative gradient {:.1e})\n",
              registration.converged ? "converged " : "STOPPED   ", counted(registration.iterations, "iteration"),
@@ -109,6 +115,18 @@ void print_costs(const matching::Registration& registration, const records::Regi
 
 }  // namespace
 
+std::string suspects_text(const matching::Registration& registration) {
+  std::vector<std::string> suspects;
+  for (int a = 0; registration.robust && a < registration.source.count(); ++a)
+    if (const double weight = registration.robust->weights[a]; weight < matching::kSuspectWeight)
+      suspects.push_back(
+          fmt::format("{} ({}{:.2f})", registration.source.describe(a), suspects.empty() ? "weight " : "", weight));
+  std::string text;
+  for (std::size_t i = 0; i < suspects.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == suspects.size() ? " and " : ", ") + suspects[i];
+  return text.empty() ? text : fmt::format("{} {}", suspects.size() == 1 ? "landmark" : "landmarks", text);
+}
+
 void print_registration(const matching::Registration& registration, const records::RegistrationFacts& facts,
                         const std::string& asked_kernel) {
   print_text("{} → {}: {} in {}D\n", registration.original.source, registration.target.source,
@@ -117,6 +135,7 @@ void print_registration(const matching::Registration& registration, const record
   print_kernel(registration, asked_kernel);
   print_distances(registration);
   if (const std::string text = prediction_text(registration, facts); !text.empty()) print_text("predicted  {}\n", text);
+  print_suspects(registration);
   print_model(registration);
   if (facts.fitted) print_fitted(*facts.fitted);
   print_search(registration);

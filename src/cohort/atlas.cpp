@@ -17,6 +17,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/registration.hpp"
+#include "suspects.hpp"
 #include "template_search.hpp"
 
 namespace pulson::cohort {
@@ -27,6 +28,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMostFits = 30;
+constexpr int kFewestObserved = 4;    // landmarks that a shape keeps, beyond those that the alignment takes
 constexpr double kFitSettled = 1e-2;  // change of K/λ + σ², of its size: as exact as the search for its parameters
 
 AlignmentKind alignment_of(const std::vector<Landmarks>& shapes, const AtlasOptions& options) {
@@ -150,6 +152,57 @@ void fit_model(Atlas& atlas, const AtlasOptions& options) {
   if (!(atlas.beta >= 0)) throw InputError(fmt::format("beta is {}; it must be 0 or greater", atlas.beta));
 }
 
+// Mean, poses and model.
+void place_and_fit(Atlas& atlas, const std::vector<Landmarks>& shapes, const AtlasOptions& options) {
+  atlas.notes.clear();
+  atlas.mean = procrustes_mean(shapes, atlas.alignment);
+  refuse_coincident(atlas.mean);
+  if (const std::vector<int> alone = placed_as_given(shapes, atlas.alignment); !alone.empty())
+    atlas.notes.push_back(fmt::format(
+        "no shapes that can be aligned with one another have both landmark {} and the others: where it lies "
+        "beside these is taken from one shape's coordinates as they are",
+        all_listed(shapes.front(), alone)));
+  atlas.specimens = aligned_with(atlas.mean, shapes, atlas.alignment);
+  fit_model(atlas, options);
+}
+
+bool has_enough(const Points& points, AlignmentKind alignment) {
+  const Index d = points.rows();
+  return std::ssize(places_of(points, true)) > alignment_parameters(alignment, d) + d * kFewestObserved;
+}
+
+// Marks one more landmark of each shape that has a suspect. @return whether there was one
+bool mark_suspects(const Atlas& atlas, std::vector<Landmarks>& shapes, std::vector<std::vector<int>>& suspects) {
+  std::vector<Points> placed;
+  for (const AtlasSpecimen& specimen : atlas.specimens) placed.push_back(specimen.shape.points);
+  const MatrixXd covariance = displacement_covariance(atlas.kernel, atlas.lambda, atlas.sigma, atlas.mean.points);
+  const std::vector<int> found = find_suspects(PosedShapes(atlas.mean.points, atlas.alignment, covariance), placed);
+  bool any = false;
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    if (found[i] < 0 || !has_enough(placed[i], atlas.alignment)) continue;
+    shapes[i].points.col(found[i]).setConstant(text::kMissing);
+    suspects[i].push_back(found[i]);
+    any = true;
+  }
+  return any;
+}
+
+// Fits without suspects, which are found anew, at most one of each shape, until there are none: a wrong landmark makes
+// those around it look wrong, and widens the law by which they are judged.
+void fit_robust_model(Atlas& atlas, std::vector<Landmarks> shapes, const AtlasOptions& options) {
+  std::vector<std::vector<int>> suspects(shapes.size());
+  do place_and_fit(atlas, shapes, options);
+  while (mark_suspects(atlas, shapes, suspects));
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    std::sort(suspects[i].begin(), suspects[i].end());
+    atlas.specimens[i].suspects = suspects[i];
+    if (!suspects[i].empty())
+      atlas.notes.push_back(fmt::format(
+          "{}: {} {} wrong; taken as missing: {}", shapes[i].source, text::counted(suspects[i].size(), "landmark"),
+          suspects[i].size() == 1 ? "looks" : "look", all_listed(shapes[i], suspects[i])));
+  }
+}
+
 }  // namespace
 
 VectorXd AtlasSpecimen::distances() const { return (result - shape.points).colwise().norm().transpose(); }
@@ -186,15 +239,10 @@ Atlas make_atlas(const std::vector<Landmarks>& shapes, const AtlasOptions& optio
   Atlas atlas;
   atlas.alignment = alignment_of(shapes, options);
   atlas.steps = options.steps;
-  atlas.mean = procrustes_mean(shapes, atlas.alignment);
-  refuse_coincident(atlas.mean);
-  if (const std::vector<int> alone = placed_as_given(shapes, atlas.alignment); !alone.empty())
-    atlas.notes.push_back(fmt::format(
-        "no shapes that can be aligned with one another have both landmark {} and the others: where it lies "
-        "beside these is taken from one shape's coordinates as they are",
-        all_listed(shapes.front(), alone)));
-  atlas.specimens = aligned_with(atlas.mean, shapes, atlas.alignment);
-  fit_model(atlas, options);
+  if (options.robust)
+    fit_robust_model(atlas, shapes, options);
+  else
+    place_and_fit(atlas, shapes, options);
   atlas.template_shape = atlas.mean;
   atlas.template_shape.name = "template";
   search_template(atlas, options);

@@ -26,7 +26,8 @@ constexpr double kRange = 100;  // of the search, a factor up and down
 // to be gained at a minimum is the square of this.
 constexpr double kGradientTolerance = 1e-5;
 
-void check(const std::vector<Landmarks>& targets, const FitOptions& fit) {
+void check(const std::vector<Landmarks>& targets, const matching::RegistrationOptions& options, const FitOptions& fit) {
+  if (options.loss) throw InputError("a robust loss and a number that is 'fit' do not go together");
   if (targets.empty()) throw InputError("there is no target to fit parameters to");
   if (fit.names.empty()) throw InputError("no parameter is named to be fitted");
   if (!(fit.tolerance > 0 && fit.tolerance < 1))
@@ -73,7 +74,7 @@ class Fit {
  private:
   static matching::ModelParameters first_model(const Landmarks& source, const std::vector<Landmarks>& targets,
                                                matching::RegistrationOptions options, const FitOptions& fit) {
-    check(targets, fit);
+    check(targets, options, fit);
     options.minimise.on_iteration = {};
     options.uncertainty = true;  // so that the mode is that of the evidence
     options.minimise.gradient_tolerance = std::min(options.minimise.gradient_tolerance, kGradientTolerance);

@@ -30,9 +30,9 @@ MatrixXd on_each_axis(const MatrixXd& matrix, Index d) {
   return all;
 }
 
-DisplacementLikelihood::DisplacementLikelihood(const KernelOperator& kernel, const DisplacementDraws& draws)
-    : dimension_(draws.shape.rows()), count_(draws.count), size_(draws.columns.rows()) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> factors(kernel.gram(draws.shape, draws.shape));
+DisplacementLikelihood::DisplacementLikelihood(const MatrixXd& gram, const DisplacementDraws& draws)
+    : dimension_(draws.columns.rows() / gram.rows()), count_(draws.count), size_(draws.columns.rows()) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> factors(gram);
   values_ = factors.eigenvalues().cwiseMax(0);
   columns_ = rotated(draws.columns, factors.eigenvectors());
   directions_ = rotated(draws.directions, factors.eigenvectors());

@@ -20,7 +20,7 @@ Eigen::MatrixXd on_each_axis(const Eigen::MatrixXd& matrix, Eigen::Index d);
 struct DisplacementDraws {
   Points shape;                ///< d×N
   Eigen::MatrixXd columns;     ///< dN×m, whose outer products sum to Σ_i r_ir_iᵀ
-  Eigen::MatrixXd directions;  ///< Z of the alignment, dN×r
+  Eigen::MatrixXd directions;  ///< Z of the alignment, dN×r, or any other basis of their span
   Eigen::Index count = 1;      ///< of independent r_i: of n distances from their mean n − 1
 };
 
@@ -32,7 +32,12 @@ struct DisplacementDraws {
 /// up to a constant. Of one kernel: O(N³) to make, then O(dN(r² + m)) a place.
 class DisplacementLikelihood {
  public:
-  DisplacementLikelihood(const KernelOperator& kernel, const DisplacementDraws& draws);
+  DisplacementLikelihood(const KernelOperator& kernel, const DisplacementDraws& draws)
+      : DisplacementLikelihood(kernel.gram(draws.shape, draws.shape), draws) {}
+
+  /// The same of another matrix K, such as that of observations of unequal precision, which are multiplied by the roots
+  /// of their precisions. @param gram N×N of each axis, or dN×dN of all coordinates
+  DisplacementLikelihood(const Eigen::MatrixXd& gram, const DisplacementDraws& draws);
 
   /// @param tau λσ² @param variance 1/λ
   double operator()(double tau, double variance) const;

@@ -79,6 +79,7 @@ double HomotopyStep::growth() const {
 }
 
 void require_homotopy(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
+  if (options.loss) throw InputError("a robust loss and J(beta) do not go together");
   metamorphosis(source, target, options);
 }
 

@@ -202,6 +202,7 @@ std::optional<PredictionOfMatch> predicted_without(const Registration& match, co
   DisplacementOptions options;
   options.alignment = match.alignment.kind;
   options.sigma = match.sigma;
+  options.weights = match.data.weights;
   const auto model = fit_displacements(q0, hidden(match.target.points, doubted), options);
   if (!model) return std::nullopt;
   std::vector<Index> known;

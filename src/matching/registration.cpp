@@ -31,12 +31,11 @@ constexpr EnumNames<MatchingMode, 5> kModes = {"mode",
                                                  {"map", MatchingMode::kMap},
                                                  {"pathwise", MatchingMode::kPathwise},
                                                  {"expected", MatchingMode::kExpected}}}};
+constexpr int kMostWeightings = 10;  // fits, one for each set of weights
+
 constexpr EnumNames<DataKind, 3> kDataKinds = {
     "data",
     {{{"landmarks", DataKind::kLandmarks}, {"varifold", DataKind::kVarifold}, {"current", DataKind::kCurrent}}}};
-
-constexpr double kMatchedRms = 3;    // σ
-constexpr double kMatchedPart = 20;  // a match leaves this fraction of the distance
 
 Points mean_end(const std::vector<Trajectory>& paths) {
   Points mean = paths.front().final().q;
@@ -67,6 +66,8 @@ void record_problem(const RegistrationProblem& problem, const RegistrationOption
   registration.samples = std::max(1, static_cast<int>(problem.matching.realisations.size()));
   registration.alignment = problem.alignment;
   registration.fitted_kernel = problem.fitted_kernel;
+  if (problem.robust)
+    registration.robust = {loss_spec(*options.loss, problem.source.dimension()), problem.robust->weights};
   registration.source = problem.source;
   registration.original = problem.original;
   registration.target = problem.target;
@@ -243,34 +244,21 @@ void record_paths(const RegistrationProblem& of, const MinimiseOptions& how, boo
   registration.step_error = shot.error;
 }
 
-// From each point to the nearest one on an edge.
-Eigen::VectorXd distances_to_curve(const Points& q, const Curve& curve) {
-  Eigen::VectorXd nearest = Eigen::VectorXd::Constant(q.cols(), std::numeric_limits<double>::infinity());
-  for (const auto& [a, b] : curve.edges) {
-    const Eigen::VectorXd start = curve.points.col(a);
-    const Eigen::VectorXd edge = curve.points.col(b) - start;
-    const double squared = edge.squaredNorm();
-    for (Eigen::Index i = 0; i < q.cols(); ++i) {
-      const double along = squared > 0 ? std::clamp((q.col(i) - start).dot(edge) / squared, 0.0, 1.0) : 0;
-      nearest[i] = std::min(nearest[i], (q.col(i) - start - along * edge).norm());
-    }
+Registration solved(const RegistrationProblem& problem, const RegistrationOptions& options,
+                    const MinimiseOptions& how) {
+  const MatchingProblem& matching = problem.matching;
+  Registration registration;
+  record_problem(problem, options, registration);
+  if (by_paths(registration, how)) {
+    record_paths(problem, how, options.more_steps, registration);
+    if (options.uncertainty) registration.uncertainty = uncertainty_of(matching, registration);
+  } else {
+    const ShootingSolution found = shoot(matching, shooting_options(problem, options, how));
+    record_solution(found, registration);
+    if (options.uncertainty)
+      registration.uncertainty = laplace(MatchingObjective(found.problem), found.summary.solution);
   }
-  return nearest;
-}
-
-Eigen::VectorXd distances_in(const Registration& registration, const Points& q) {
-  if (registration.data.kind == DataKind::kLandmarks) return distances(q, registration.target.points);
-  return distances_to_curve(q, make_curve(registration.target, registration.data.ends));
-}
-
-double root_mean_square(const Eigen::VectorXd& distances) {
-  const auto missing = distances.array().isNaN();
-  return std::sqrt(missing.select(0, distances).squaredNorm() / static_cast<double>((!missing).count()));
-}
-
-// The σ that a match is held to: a user's may be finer than the shapes need.
-double match_scale(const Registration& registration) {
-  return std::max(registration.sigma, registration.initial_rms() / (kMatchedRms * kMatchedPart));
+  return registration;
 }
 
 // A path beyond the range of numbers is no match, whatever the search made of it.
@@ -313,68 +301,16 @@ DataKind parse_data_kind(std::string_view name) { return kDataKinds.parse(name);
 
 std::string data_kind_name(DataKind kind) { return kDataKinds.name(kind); }
 
-Eigen::VectorXd Registration::distances() const { return distances_in(*this, result); }
-
-double Registration::rms() const {
-  Eigen::VectorXd all = distances();
-  if (spread.size() > 0) {
-    const Eigen::VectorXd squares = spread.colwise().squaredNorm();
-    all = (all.array().square() + squares.array()).sqrt();
-  }
-  return root_mean_square(all);
-}
-
-double Registration::initial_rms() const { return root_mean_square(distances_in(*this, source.points)); }
-
-double Registration::original_rms() const { return root_mean_square(distances_in(*this, original.points)); }
-
-double Registration::max_residual() const {
-  const Eigen::VectorXd all = distances();
-  return all.array().isNaN().select(0, all).maxCoeff();
-}
-
-Eigen::VectorXd Registration::residuals_over_sigma() const {
-  Eigen::VectorXd parts = distances() / sigma;
-  if (data.kind != DataKind::kLandmarks || (data.weights.size() == 0 && data.covariances.empty())) return parts;
-  const LandmarkTerm term({target.points, sigma, data.weights, data.covariances});
-  const Points misfit = result - term.target();
-  for (Eigen::Index a = 0; a < parts.size(); ++a)
-    if (std::isfinite(parts[a])) parts[a] = std::sqrt(misfit.col(a).dot(term.precision(a) * misfit.col(a)));
-  return parts;
-}
-
-std::vector<int> Registration::unmatched_landmarks() const {
-  if (data.kind != DataKind::kLandmarks) return {};
-  const Eigen::VectorXd parts = residuals_over_sigma();
-  const Eigen::Index observed = (!parts.array().isNaN()).count();
-  const double most = largest_of_chi(source.dimension(), observed) * match_scale(*this) / sigma;
-  std::vector<int> unmatched;
-  for (Eigen::Index a = 0; a < parts.size(); ++a)
-    if (parts[a] > most) unmatched.push_back(static_cast<int>(a));
-  return unmatched;
-}
-
-bool Registration::matched() const {
-  return std::isfinite(initial_rms()) && rms() <= kMatchedRms * match_scale(*this) && unmatched_landmarks().empty();
-}
-
 Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
   const SerialBlas serial;
   const auto start = std::chrono::steady_clock::now();
-  const RegistrationProblem problem = make_problem(source, target, options);
-  const MatchingProblem& matching = problem.matching;
-  Registration registration;
-  record_problem(problem, options, registration);
+  RegistrationProblem problem = make_problem(source, target, options);
   MinimiseOptions how = options.minimise;
   how.seed = options.seed;
-  if (by_paths(registration, how)) {
-    record_paths(problem, how, options.more_steps, registration);
-    if (options.uncertainty) registration.uncertainty = uncertainty_of(matching, registration);
-  } else {
-    const ShootingSolution found = shoot(matching, shooting_options(problem, options, how));
-    record_solution(found, registration);
-    if (options.uncertainty)
-      registration.uncertainty = laplace(MatchingObjective(found.problem), found.summary.solution);
+  Registration registration = solved(problem, options, how);
+  for (int i = 1; i < kMostWeightings && registration.result.allFinite() && !how.is_interrupted(); ++i) {
+    if (!reweight(problem, registration.result)) break;
+    registration = solved(problem, options, how);
   }
   if (how.is_interrupted()) {
     registration.converged = false;

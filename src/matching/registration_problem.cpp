@@ -6,6 +6,7 @@
 #include <fmt/core.h>
 
 #include "core/determined.hpp"
+#include "core/landmark_pairs.hpp"
 #include "core/text.hpp"
 #include "curve_alignment.hpp"
 #include "pulson/core/parallel.hpp"
@@ -119,12 +120,23 @@ CurveMeasure measure_of(const DataOptions& data) {
   return data.kind == DataKind::kVarifold ? CurveMeasure::kVarifold : CurveMeasure::kCurrent;
 }
 
+// A motion of least squares takes one weight for each landmark: 1 over its mean variance along the axes.
+Eigen::VectorXd alignment_weights(const DataOptions& data) {
+  if (data.covariances.empty()) return data.weights;
+  Eigen::VectorXd weights = landmark_weights(data.weights, std::ssize(data.covariances));
+  for (Eigen::Index a = 0; a < weights.size(); ++a) {
+    const Eigen::MatrixXd& covariance = data.covariances[static_cast<std::size_t>(a)];
+    weights[a] *= static_cast<double>(covariance.rows()) / covariance.trace();
+  }
+  return weights;
+}
+
 Alignment find_alignment(const MatchingShapes& shapes, const RegistrationOptions& options) {
   const AlignmentKind kind = choose_alignment(options, shapes.source.dimension());
   const DataOptions& data = shapes.data;
   if (data.kind == DataKind::kLandmarks)
     return align(shapes.source.points, shapes.target.points, kind,
-                 {.weights = data.weights, .reflect = options.reflect});
+                 {.weights = alignment_weights(data), .reflect = options.reflect});
   const Curve target = make_curve(shapes.target, data.ends);
   return align_curves({shapes.source.points, shapes.source_edges}, target, kind,
                       {measure_of(data), *data.width, options.reflect});
@@ -136,9 +148,10 @@ void note_mirrored_shapes(MatchingShapes& shapes, const RegistrationOptions& opt
   const Points& target = shapes.target.points;
   const Eigen::Index known = target.array().isFinite().colwise().all().count();
   if (options.reflect || source.rows() < 2 || known <= source.rows() + 1) return;
+  const Eigen::VectorXd weights = alignment_weights(shapes.data);
   const auto apart = [&](bool reflect) {
     const Points moved =
-        align(source, target, AlignmentKind::kSimilarity, {.weights = {}, .reflect = reflect}).apply(source);
+        align(source, target, AlignmentKind::kSimilarity, {.weights = weights, .reflect = reflect}).apply(source);
     const Eigen::ArrayXXd squares = (moved - target).array().square();
     return std::sqrt(squares.isNaN().select(0, squares).sum() / static_cast<double>(source.cols()));
   };
@@ -151,10 +164,8 @@ void note_mirrored_shapes(MatchingShapes& shapes, const RegistrationOptions& opt
                   as_it_is, turned_over));
 }
 
-std::shared_ptr<const DataTerm> landmark_data(const MatchingShapes& shapes, double sigma) {
-  const DataOptions& data = shapes.data;
-  return std::make_shared<LandmarkTerm>(
-      LandmarkObservations{shapes.target.points, sigma, data.weights, data.covariances});
+std::shared_ptr<const DataTerm> landmark_data(const Landmarks& target, const DataOptions& data, double sigma) {
+  return std::make_shared<LandmarkTerm>(LandmarkObservations{target.points, sigma, data.weights, data.covariances});
 }
 
 // @param widening of the data's width
@@ -192,12 +203,62 @@ Scales choose_scales(const MatchingShapes& shapes, const Points& q0, const Regis
   model.alignment = alignment;
   model.sigma = sigma;
   model.lambda = options.lambda;
+  model.weights = shapes.data.weights;
+  model.covariances = shapes.data.covariances;
   const bool curves = shapes.data.kind != DataKind::kLandmarks;
   if (!curves)
     if (const auto fitted = fit_displacements(q0, shapes.target.points, model))
       return {KernelOperator({fitted->kernel}), fitted->lambda, sigma, fitted};
   const double width = (curves ? kWidthOfCurves : kWidthOfFew) * size;
   return {KernelOperator({{model.profile, width, 1}}), lambda, sigma, std::nullopt};
+}
+
+void check_loss(const MatchingShapes& shapes) {
+  if (shapes.data.kind != DataKind::kLandmarks)
+    throw InputError("a loss is for `data.kind = landmarks`: curves have no corresponding points");
+  if (!shapes.data.covariances.empty())
+    throw InputError("a loss fits one sigma for all landmarks, and covariances give each its own; take one of the two");
+}
+
+RobustOptions robust_options(const Points& q0, const RegistrationOptions& options, AlignmentKind alignment,
+                             const Eigen::VectorXd& weights) {
+  RobustOptions robust;
+  robust.loss = *options.loss;
+  robust.alignment = alignment;
+  const bool is_auto = options.kernel.spec() == "auto";
+  const double size = length_scale(q0);
+  if (!is_auto) robust.kernel = options.kernel.make(q0);
+  if (!is_auto || options.lambda) robust.lambda = options.lambda.value_or(1 / (size * size));
+  robust.least_sigma = options.sigma.in(size);
+  require_positive("sigma", robust.least_sigma);
+  robust.weights = weights;
+  return robust;
+}
+
+// Alignment and weights in turn: weights of prediction until they settle, then those of the loss. `shapes.data` then
+// has the weights of the data.
+RobustData fit_robustly(MatchingShapes& shapes, const RegistrationOptions& options) {
+  constexpr int kMostAlignments = 6;
+  constexpr double kSettled = 0.02;  // change of weights, twice that at which a fit ends
+  const Eigen::VectorXd given = landmark_weights(shapes.data.weights, shapes.source.count());
+  const auto fit = [&](const Eigen::VectorXd& weights) -> RobustFit {
+    shapes.data.weights = given.cwiseProduct(weights);
+    const Alignment alignment = find_alignment(shapes, options);
+    const Points q0 = alignment.apply(shapes.source.points);
+    return {q0, shapes.target.points, robust_options(q0, options, alignment.kind, given)};
+  };
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(given.size());
+  for (int i = 0; i < kMostAlignments; ++i) {
+    const Eigen::VectorXd next = fit(weights).predicted_weights();
+    const double change = (next - weights).cwiseAbs().maxCoeff();
+    weights = next;
+    if (change < kSettled) break;
+  }
+  weights = fit(weights).settle(weights);
+  RobustFit last = fit(weights);
+  weights = last.settle(weights);
+  shapes.data.weights = last.data_weights(weights);
+  return {last, weights};
 }
 
 }  // namespace
@@ -233,12 +294,19 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
   if (curves && !shapes.data.width)
     shapes.data.width = automatic_data_width(make_curve(shapes.target, shapes.data.ends));
   if (!curves) note_mirrored_shapes(shapes, options);
+  RegistrationOptions chosen = options;
+  std::optional<RobustData> robust;
+  if (options.loss) {
+    check_loss(shapes);
+    robust = fit_robustly(shapes, options);
+    chosen.sigma = robust->fit.sigma();
+  }
   Alignment alignment = find_alignment(shapes, options);
   Landmarks aligned = shapes.source;
   if (alignment.kind != AlignmentKind::kNone) aligned.points = alignment.apply(shapes.source.points);
 
   const Points& q0 = aligned.points;
-  Scales scales = choose_scales(shapes, q0, options, alignment.kind);
+  Scales scales = choose_scales(shapes, q0, chosen, alignment.kind);
   std::shared_ptr<const NoiseModel> noise = options.noise.make(aligned);
   noise->check(aligned.dimension(), aligned.count());
   if (!curves)
@@ -251,7 +319,7 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
   if (mode == MatchingMode::kDeterministic) noise = make_noise("none");
   const std::string integrator = choose_integrator(options, mode);
   std::shared_ptr<const DataTerm> data =
-      curves ? curve_data(shapes, scales.sigma) : landmark_data(shapes, scales.sigma);
+      curves ? curve_data(shapes, scales.sigma) : landmark_data(shapes.target, shapes.data, scales.sigma);
   std::shared_ptr<const DataTerm> coarse = curves ? curve_data(shapes, scales.sigma, kCoarseData) : nullptr;
   MatchingProblem matching{{std::move(scales.kernel), std::move(noise)},
                            make_integrator(integrator),
@@ -263,10 +331,26 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
                            std::move(drawn),
                            0,
                            mode == MatchingMode::kDeterministic || mode == MatchingMode::kMetamorphosis};
-  return {std::move(shapes.source), std::move(aligned),  std::move(shapes.target),
-          std::move(alignment),     scales.fitted,       mode,
-          std::move(shapes.data),   std::move(matching), std::move(coarse),
-          std::move(shapes.notes)};
+  return {std::move(shapes.source), std::move(aligned),     std::move(shapes.target),
+          std::move(alignment),     scales.fitted,          mode,
+          std::move(shapes.data),   std::move(matching),    std::move(coarse),
+          std::move(robust),        std::move(shapes.notes)};
+}
+
+bool reweight(RegistrationProblem& problem, const Points& result) {
+  constexpr double kSettled = 0.01;  // change of weights
+  if (!problem.robust) return false;
+  const RobustFit& fit = problem.robust->fit;
+  const Eigen::VectorXd weights = fit.updated(problem.robust->weights, result - problem.target.points);
+  const Eigen::VectorXd data_weights = fit.data_weights(weights);
+  const double change = (weights - problem.robust->weights).cwiseAbs().maxCoeff();
+  if (change < kSettled ||
+      !is_determined(problem.original.points, problem.target.points, problem.alignment.kind, data_weights))
+    return false;
+  problem.robust->weights = weights;
+  problem.data.weights = data_weights;
+  problem.matching.data = landmark_data(problem.target, problem.data, problem.matching.sigma);
+  return true;
 }
 
 }  // namespace pulson::matching

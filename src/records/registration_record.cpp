@@ -73,6 +73,12 @@ matching::DataOptions read_data(const Reader& reader, Eigen::Index d) {
   return data;
 }
 
+matching::RobustWeights read_robust(const Reader& reader, Eigen::Index count) {
+  matching::RobustWeights robust{reader.at("loss").text(), reader.at("weights").numbers()};
+  if (robust.weights.size() != count) reader.at("weights").fail("does not have the length of the shape");
+  return robust;
+}
+
 matching::MatchingCost read_cost(const Reader& cost) {
   return {cost.at("energy").number(), cost.at("action").number(), cost.at("data").number()};
 }
@@ -170,6 +176,7 @@ matching::Registration registration_of(std::string_view text, const std::string&
   const Points source = reader.at("source").columns(d);
   registration.original = read_shape(reader.at("source_shape"), same_size(reader.at("original"), d, source.cols()));
   if (reader.has("data")) registration.data = read_data(reader.at("data"), d);
+  if (reader.has("loss")) registration.robust = read_robust(reader, source.cols());
   const bool corresponds = registration.data.kind == matching::DataKind::kLandmarks;
   Points target = reader.at("target").columns(d, true);
   if (corresponds && target.cols() != source.cols())
@@ -343,6 +350,10 @@ std::string registration_json(const matching::Registration& registration, const 
   json["samples"] = registration.samples;
   json["notes"] = registration.notes;
   json["data"] = data_json(registration.data);
+  if (registration.robust) {
+    json["loss"] = registration.robust->loss;
+    json["weights"] = numbers_json(registration.robust->weights);
+  }
   json["cost"] = cost_json(registration.cost);
   if (!registration.minima.empty()) json["minima"] = minima_json(registration.minima);
   json["shares"] = shares_json(registration, facts.shares);

@@ -36,6 +36,7 @@ std::vector<ResidualColumn> residual_columns(const matching::Registration& regis
   numbers("energy", shares.energy);
   numbers("action", shares.action);
   numbers("data", shares.data);
+  if (registration.robust) numbers("weight", registration.robust->weights);
   if (registration.uncertainty) {
     vectors("result_deviation", registration.uncertainty->end_deviation);
     vectors("momentum_deviation", registration.uncertainty->momentum_deviation);

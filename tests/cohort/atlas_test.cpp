@@ -53,6 +53,31 @@ TEST(Atlas, TheTemplateMinimisesTheCostOfAll) {
   }
 }
 
+// A tenth of the landmarks of each shape is wrong: the atlas is that in which these are missing.
+TEST(Atlas, ThatIsRobustLeavesWrongLandmarksOut) {
+  const CohortLaw law;
+  std::vector<Landmarks> wrong = drawn_shapes(law, 12, 3), missing = wrong;
+  for (std::size_t i = 0; i < wrong.size(); ++i) {
+    const auto a = static_cast<Eigen::Index>(5 * i % 12);
+    const double angle = 2.1 * static_cast<double>(i);
+    wrong[i].points.col(a) += 0.4 * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    missing[i].points.col(a).setConstant(std::nan(""));
+  }
+  AtlasOptions options;
+  const Atlas expected = make_atlas(missing, options);
+  options.robust = true;
+  const Atlas robust = make_atlas(wrong, options);
+  for (std::size_t i = 0; i < wrong.size(); ++i)
+    EXPECT_THAT(robust.specimens[i].suspects, testing::Contains(static_cast<int>(5 * i % 12))) << i;
+  std::size_t suspects = 0;
+  for (const AtlasSpecimen& specimen : robust.specimens) suspects += specimen.suspects.size();
+  EXPECT_LE(suspects, wrong.size() + 2);
+  // Standard errors of log λ and log σ exceed √(2/m) and √(1/2m) of m coordinates, here 12·20.
+  EXPECT_NEAR(std::log(robust.lambda / expected.lambda), 0, 0.5 * std::sqrt(2.0 / 240));
+  EXPECT_NEAR(std::log(robust.sigma / expected.sigma), 0, 0.5 * std::sqrt(0.5 / 240));
+  EXPECT_THAT(robust.notes, testing::Contains(HasSubstr("taken as missing")));
+}
+
 TEST(Atlas, ShotsOfMomentaReachTheirTargetsWithoutSigma) {
   const CohortLaw law;
   const std::vector<Landmarks> shapes = drawn_shapes(law, 10, 2);

@@ -86,6 +86,46 @@ TEST(DisplacementModel, LikelihoodIsThatOfTheContrastsAndGreatest) {
   }
 }
 
+// With the same V but for its noise, R_a/w_a of landmark a, and one landmark less.
+TEST(DisplacementModel, LikelihoodHasWeightsAndCovariances) {
+  Numbers numbers(7);
+  const Index d = 2, n = 10;
+  const Pair pair = drawn(numbers, d, n, 0.2, 0.05, 0.01);
+  const double size = diameter(pair.q);
+  DisplacementOptions options = options_of(0.01);
+  options.weights = 1.5 + numbers(n, 1).array();
+  options.weights[3] = 0;
+  std::vector<Index> in;
+  for (Index i = 0; i < d * n; ++i)
+    if (i / d != 3) in.push_back(i);
+  const MatrixXd z = similarity_directions(pair.q)(in, Eigen::all);
+  const MatrixXd whole = Eigen::HouseholderQR<MatrixXd>(z).householderQ();
+  const MatrixXd contrasts = whole.rightCols(whole.cols() - z.cols());
+  for (const bool correlated : {false, true}) {
+    if (correlated)
+      for (Index a = 0; a < n; ++a) {
+        const MatrixXd root = numbers(d, d);
+        options.covariances.emplace_back(1e-4 * (root * root.transpose() + MatrixXd::Identity(d, d)));
+      }
+    const auto model = fit_displacements(pair.q, pair.y, options);
+    ASSERT_TRUE(model);
+    const auto density = [&](double alpha, double lambda) {
+      MatrixXd v = covariance(pair.q, {KernelProfile::kMatern32, alpha, 1}, lambda, 0);
+      for (Index a = 0; a < n; ++a)
+        v.block(a * d, a * d, d, d) +=
+            (correlated ? options.covariances[static_cast<std::size_t>(a)] : 1e-4 * MatrixXd::Identity(d, d)) /
+            std::max(options.weights[a], 1e-9);
+      const MatrixXd of = contrasts.transpose() * v(in, in) * contrasts;
+      const VectorXd r = contrasts.transpose() * (pair.y - pair.q).reshaped()(in);
+      const MatrixXd l = of.llt().matrixL();
+      return -l.diagonal().array().log().sum() - 0.5 * r.dot(of.llt().solve(r));
+    };
+    const double best = density(model->kernel.alpha, model->lambda);
+    for (const double factor : {0.9, 1.1}) EXPECT_GE(best, density(model->kernel.alpha, model->lambda * factor));
+    for (double alpha = 0.1; alpha <= 0.4; alpha += 0.05) EXPECT_GE(best + 0.02, density(alpha * size, model->lambda));
+  }
+}
+
 TEST(DisplacementModel, PredictionErrorIsThatOfRefits) {
   Numbers numbers(7);
   const Pair pair = drawn(numbers, 2, 9, 0.3, 0.08, 0.01);

@@ -12,6 +12,7 @@ namespace pulson {
 namespace {
 
 using testing::AllOf;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -48,6 +49,22 @@ TEST_F(WrongLandmarks, OfUndigitisedSpecimensAreLeftOutOfCohorts) {
     EXPECT_EQ(pair.exit_code, 2);
     EXPECT_THAT(pair.err, HasSubstr("leaves.csv#5 ('leaf_5'): all landmarks are at one point or missing"));
   }
+}
+
+TEST_F(WrongLandmarks, HaveNoInfluenceOnARobustFit) {
+  write_leaves(1, [](Points& points) { points.col(9) += Eigen::Vector2d(60, -50); });
+  const ProgramRun done = run_line("register leaves.csv#1 leaves.csv#2 --robust");
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("suspects   landmark 10 (weight 0.00)\n"));
+  EXPECT_THAT(contents("out/residuals.csv"), HasSubstr(",weight\n"));
+  const auto record = read_json("out/registration.json");
+  EXPECT_EQ(record.at("loss"), "tukey:5.12299");
+  EXPECT_EQ(record.at("weights").size(), 19U);
+  EXPECT_LT(record.at("weights").at(9), 0.1);
+  EXPECT_EQ(run(words("warp out leaves.csv#1 -o moved.csv")).exit_code, 0) << "the record is read again";
+  for (const std::string line : {"--loss welsch", "--robust --sigma fit", "--loss huber --data varifold"})
+    EXPECT_EQ(run_line("register leaves.csv#1 leaves.csv#2 " + line).exit_code, 2) << line;
+  EXPECT_THAT(run_line("atlas leaves.csv --robust").err, ContainsRegex("leaves.csv#2: .* wrong; taken as missing: 10"));
 }
 
 TEST_F(WrongLandmarks, ThatAreExchangedAreNamed) {

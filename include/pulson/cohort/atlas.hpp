@@ -23,6 +23,8 @@ struct AtlasOptions {
   Length beta = 0;
   /// Of each specimen onto the mean; none: similarity, on a line none. Any but `affine`.
   std::optional<AlignmentKind> align{};
+  /// Whether landmarks that the others of their shape contradict are taken as missing: AtlasSpecimen::suspects.
+  bool robust = false;
   int steps = 10;            ///< Runge–Kutta's of each geodesic
   double tolerance = 1e-8;   ///< converged where the template moves by no more, root mean square in diameters
   int max_iterations = 100;  ///< of the template
@@ -37,10 +39,11 @@ struct AtlasOptions {
 
 /// One shape of an atlas and its match.
 struct AtlasSpecimen {
-  Landmarks shape;           ///< in its pose; missing coordinates are NaN
-  double centroid_size = 0;  ///< of the shape as it was given
-  Points momenta;            ///< p0, d×N, at the template
-  Points result;             ///< q(1), d×N
+  Landmarks shape;              ///< in its pose; missing coordinates are NaN
+  double centroid_size = 0;     ///< of the shape as it was given
+  std::vector<int> suspects{};  ///< landmarks that were taken as missing, from 0
+  Points momenta;               ///< p0, d×N, at the template
+  Points result;                ///< q(1), d×N
   matching::MatchingCost cost;
   double defect = 0;  ///< |q(1) + λσ²p(1) − y|, the largest, length units: the residual of the equation of the match
   bool converged = false;

@@ -11,6 +11,7 @@
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "pulson/matching/objective.hpp"
+#include "pulson/matching/robust_loss.hpp"
 #include "pulson/noise/noise_table.hpp"
 
 namespace pulson::matching {
@@ -21,6 +22,8 @@ struct DisplacementOptions {
   AlignmentKind alignment = AlignmentKind::kNone;  ///< that was taken out of the displacements, and has a flat prior
   double sigma = 0;                ///< standard deviation of an observed coordinate, length units; must be given
   std::optional<double> lambda{};  ///< none: fitted
+  Eigen::VectorXd weights{};       ///< w of landmarks; empty: all 1; those of weight 0 are left out
+  std::vector<Eigen::MatrixXd> covariances{};  ///< R of landmarks, instead of σ²I
 };
 
 /// A kernel and the weight of the energy, fitted to one pair of shapes.
@@ -28,7 +31,8 @@ struct DisplacementModel {
   KernelTerm kernel;
   double lambda = 1;            ///< 1/(length units)²: displacements have the standard deviation λ^{-½}
   double log_likelihood = 0;    ///< restricted, up to a constant
-  double prediction_error = 0;  ///< root mean square distance of a left-out landmark from its prediction, length units
+  double prediction_error = 0;  ///< root mean square distance of a left-out landmark from its prediction, length units,
+                                ///< by the weights
   double alignment_error = 0;   ///< the same of its prediction by the alignment alone
   Eigen::Index landmarks = 0;   ///< that it was fitted to
 };
@@ -36,22 +40,22 @@ struct DisplacementModel {
 /// Fits the linearised matching problem to the displacements y − q0 of the landmarks: to first order in the momenta
 /// p0 ~ N(0, (λK)⁻¹), each axis of the displacement is a Gaussian process over q0,
 ///
-///     y − q0 = Zb + f + e,   f ~ N(0, K_α(q0)/λ),   e ~ N(0, σ²),
+///     y − q0 = Zb + f + e,   f ~ N(0, K_α(q0)/λ),   e_a ~ N(0, R_a/w_a),   R_a = σ²I unless it is given,
 ///
 /// with the directions Z of the alignment (motion_directions()) and any b. α and λ maximise the restricted likelihood
 /// (REML; H. Patterson and R. Thompson 1971), in which b is integrated out:
 ///
-///     −½ [log det V + log det ZᵀV⁻¹Z + rᵀPr],   V = K/λ + σ²I,   P = V⁻¹ − V⁻¹Z(ZᵀV⁻¹Z)⁻¹ZᵀV⁻¹
+///     −½ [log det V + log det ZᵀV⁻¹Z + rᵀPr],   V = K/λ + R/w,   P = V⁻¹ − V⁻¹Z(ZᵀV⁻¹Z)⁻¹ZᵀV⁻¹
 ///
 /// over widths of 0.1 to 0.4 diameters of q0 in steps of a fifth. Narrower kernels, which dense outlines would take,
 /// move landmarks individually and leave the space between them in place. The prediction errors are those of universal
 /// kriging, exact without refitting b and f: |(P_aa)⁻¹(Pr)_a| for landmark a.
 ///
-/// Landmarks that have a missing coordinate in either shape are left out; of more than 128 landmarks every few are
-/// taken.
+/// Landmarks that have a missing coordinate in either shape, or weight 0, are left out; of more than 128 landmarks
+/// every few are taken.
 /// @param source d×N, after the alignment @param target d×N
 /// @return none where there are fewer than four coordinates more than directions of the alignment
-/// Cost O(n³) for n ≤ 128 landmarks, some 20 times.
+/// Cost O(n³) for n ≤ 128 landmarks, some 20 times; d³ times as much with covariances.
 std::optional<DisplacementModel> fit_displacements(const Points& source, const Points& target,
                                                    const DisplacementOptions& options);
 
@@ -115,6 +119,8 @@ struct RegistrationOptions {
   std::optional<AlignmentKind> align{};
   bool reflect = false;  ///< whether the alignment may be a reflection
   DataOptions data{};
+  /// Of landmarks in place of least squares: σ, of at least `sigma`, and weights are fitted. None: least squares
+  std::optional<RobustLoss> loss{};
   std::uint64_t seed = 1;    ///< of frozen realisations and of the disturbance of the start
   int samples = 16;          ///< frozen realisations of mode `expected`
   bool uncertainty = false;  ///< whether laplace() is to be recorded
@@ -137,6 +143,12 @@ struct ExtrapolatedCost {
   double error = 0;
 };
 
+/// How far each landmark is believed, where there is a loss: DataOptions::weights has them times those given, over κ.
+struct RobustWeights {
+  std::string loss;         ///< specification
+  Eigen::VectorXd weights;  ///< N, in [0, 1]
+};
+
 /// The record of a registration: all that is needed to replay it, and what it cost. Its JSON form is
 /// `registration.json`.
 struct Registration {
@@ -154,6 +166,7 @@ struct Registration {
   int samples = 1;      ///< realisations: path s has the increments realisation(…, seed, s)
   Alignment alignment;  ///< moved the original source to `source`
   std::optional<DisplacementModel> fitted_kernel;  ///< where the kernel was fitted to the landmarks
+  std::optional<RobustWeights> robust;             ///< where a loss was asked for
   Landmarks source;                                ///< q0: the source after alignment, where the flow begins
   Landmarks original;  ///< the source as it was given, but for landmarks that have a missing coordinate
   Landmarks target;
@@ -193,7 +206,8 @@ struct Registration {
   /// |q_a(T) − y_a| of each landmark over the coordinates observed, NaN where there are none; for curves the distance
   /// to the nearest point of the target's.
   Eigen::VectorXd distances() const;
-  /// Root mean square of the distances that there are, length units; in mode `expected` over the realisations too.
+  /// Root mean square of the distances that there are, with a loss by its weights, length units; in mode `expected`
+  /// over the realisations too.
   double rms() const;
   /// The same before the flow: of the aligned source to the target.
   double initial_rms() const;
@@ -211,8 +225,10 @@ struct Registration {
   bool matched() const;
 };
 
-/// Fits momenta, and the noise where the mode says so, so that `source` flows to `target`. Landmarks of the source that
-/// have a missing coordinate (NaN) are left out; coordinates that the target misses drop out of the data.
+/// Fits momenta, and the noise where the mode says so, so that `source` flows to `target`. With a loss the weights of
+/// landmarks begin at those of the linear model (src/matching/robust_fit.hpp), and then follow from the residuals until
+/// they settle, by a fit each. Landmarks of the source that have a missing coordinate (NaN) are left out; coordinates
+/// that the target misses drop out of the data.
 /// @throws InputError where the shapes do not fit together or an option is wrong
 Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options = {});
 

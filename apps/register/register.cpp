@@ -233,7 +233,7 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   print_notes(notes);
   if (arguments.output.prints()) {
     print_registration(registration, facts, arguments.kernel);
-    if (!facts.homotopy.empty()) print_text("homotopy   {}\n", homotopy_line(facts.homotopy, registration.source));
+    if (!facts.homotopy.empty()) print_text("homotopy   {}\n", homotopy_line(facts.homotopy, registration));
     print_field(arguments.field, field);
     results.print_written();
   }

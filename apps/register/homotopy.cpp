@@ -29,6 +29,21 @@ std::string landmarks_left(const matching::HomotopyStep& last, const Landmarks& 
                      landmark_list(shape, last.unmatched));
 }
 
+// No flow on a line changes the order of landmarks, though they may come within σ of where it is changed.
+std::string order_left(const matching::Registration& registration) {
+  if (registration.source.dimension() != 1 || registration.data.kind != matching::DataKind::kLandmarks) return {};
+  const Points &source = registration.source.points, &target = registration.target.points;
+  std::vector<int> exchanged;
+  for (int a = 0; a < registration.source.count(); ++a) {
+    const Eigen::ArrayXXd order = (source.array() - source(0, a)) * (target.array() - target(0, a));
+    if ((order < 0).any()) exchanged.push_back(a);
+  }
+  return exchanged.empty() ? ""
+                           : fmt::format(" within sigma, but for the order of landmarks {}",
+
+                                         landmark_list(registration.source, exchanged));
+}
+
 }  // namespace
 
 std::string homotopy_csv(const std::vector<matching::HomotopyStep>& steps) {
@@ -41,14 +56,16 @@ std::string homotopy_csv(const std::vector<matching::HomotopyStep>& steps) {
   return std::move(table).take();
 }
 
-std::string homotopy_line(const std::vector<matching::HomotopyStep>& steps, const Landmarks& shape) {
+std::string homotopy_line(const std::vector<matching::HomotopyStep>& steps,
+                          const matching::Registration& registration) {
   const matching::HomotopyStep& asked = steps.front();
   const auto least = least_needed(steps);
-  const std::string left = landmarks_left(steps.back(), shape);
+  const std::string left = landmarks_left(steps.back(), registration.source);
   if (least == steps.end()) return fmt::format("beta = {:.4g} does not match these shapes{}", asked.beta, left);
   const std::string costs = fmt::format("J = {:.4g} at beta = {:.4g}, {:.4g} at beta = {:.4g}", asked.cost.total(),
                                         asked.beta, least->cost.total(), least->beta);
-  if (reaches_diffeomorphism(steps)) return costs + ": a diffeomorphism matches these shapes";
+  if (reaches_diffeomorphism(steps))
+    return costs + ": a diffeomorphism matches these shapes" + order_left(registration);
   if (least + 1 != steps.end()) return costs + ", the smallest that matches" + left;
   return fmt::format("{}, and grows by {:.2g} % if beta is halved: not diffeomorphic", costs, 100 * least->growth());
 }
@@ -70,7 +87,7 @@ void write_homotopy_picture(const std::vector<matching::HomotopyStep>& steps,
     for (charts::Series& series : panel->series)
       for (double& y : series.y) y = std::max(y, 1e-300);
   charts::write_chart({.title = "How far from a diffeomorphism",
-                       .subtitle = homotopy_line(steps, registration.source),
+                       .subtitle = homotopy_line(steps, registration),
                        .rows = {{costs}, {distances}}},
                       files);
 }

@@ -83,13 +83,14 @@ std::optional<warp::VelocityField> write_results(const matching::Registration& r
                                                  RunResults& results) {
   const Trajectory path = replay(registration);
   std::optional<warp::VelocityField> field = field_options.field_of(registration_system(registration).kernel, path);
+  // Before the record is printed: Qhull flushes all streams, and hides why one of them could not be written.
+  draw::RegistrationPicture still = make_registration_picture(registration, path);
+  add_verdicts(facts, still);
   results.add("residuals.csv", records::residuals_csv(registration, facts.shares));
   results.add("trajectory.csv", records::trajectory_csv(registration, path));
   if (!facts.homotopy.empty()) results.add("homotopy.csv", homotopy_csv(facts.homotopy));
   results.commit("registration.json", registration_json(registration, facts), field_json(field));
 
-  draw::RegistrationPicture still = make_registration_picture(registration, path);
-  add_verdicts(facts, still);
   write_field_of(registration, path, still, field_options, field, results);
   const std::optional<PageImage> underlay = add_underlay(background.image, registration, still, notes);
   add_surface(background.surface, registration, path, still, notes);
@@ -233,7 +234,7 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   print_notes(notes);
   if (arguments.output.prints()) {
     print_registration(registration, facts, arguments.kernel);
-    if (!facts.homotopy.empty()) print_text("homotopy   {}\n", homotopy_line(facts.homotopy, registration.source));
+    if (!facts.homotopy.empty()) print_text("homotopy   {}\n", homotopy_line(facts.homotopy, registration));
     print_field(arguments.field, field);
     results.print_written();
   }

@@ -55,8 +55,11 @@ std::string escaped(std::uint32_t code) {
 
 bool reader_has_ended = false;  // as `head` does when it has enough: nothing is lost that anybody waits for
 
+int first_error = 0;  // of writing: what is longer than the buffer fails at once, the rest when it is flushed
+
 bool write_out(std::string_view text) noexcept {
   if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size()) return true;
+  if (first_error == 0) first_error = errno;
   reader_has_ended = reader_has_ended || errno == EPIPE;
   return reader_has_ended;
 }
@@ -104,9 +107,10 @@ std::string fault_of_standard_output() {
   errno = 0;
   const bool is_written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
   if (reader_has_ended || (!is_written && errno == EPIPE)) return "";
+  const int error = first_error == 0 ? errno : first_error;
   if (!is_written)
     return "standard output could not be written" +
-           (errno == 0 ? std::string() : ": " + std::generic_category().message(errno));
+           (error == 0 ? std::string() : ": " + std::generic_category().message(error));
   return exact_text_is_lost ? "standard output is closed, and was to hold what is asked for" : "";
 }
 

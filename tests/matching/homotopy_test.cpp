@@ -65,6 +65,8 @@ TEST(Homotopy, IsTheLowerEnvelopeOfAllBranches) {
   EXPECT_LT(steps[1].cost.total(), 45.1);
   EXPECT_TRUE(steps[3].matched);
   EXPECT_FALSE(steps.back().matched) << "landmarks on a line have no diffeomorphism that changes their order";
+  EXPECT_FALSE(steps.back().unmatched.empty());
+  EXPECT_TRUE(steps.front().unmatched.empty());
   EXPECT_FALSE(reaches_diffeomorphism(steps));
 }
 

@@ -184,8 +184,8 @@ TEST_F(AuditProgram, MeasuresTheErrorOfRepeats) {
       Landmarks& again = twice.shapes.emplace_back(shape);
       again.points += 0.5 * Points::NullaryExpr(2, shape.count(), [&] { return normal(random); });
     }
-  formats::write_landmark_file("twice.csv", twice);
-  EXPECT_THAT(audited("twice.csv --repeats names -o out").out, HasSubstr("16 shapes of 8 specimens: sigma 0."));
+  formats::write_landmark_file("twice.tps", twice);
+  EXPECT_THAT(audited("twice.tps --repeats names -o out").out, HasSubstr("16 shapes of 8 specimens: sigma 0."));
   const nlohmann::json repeats = read_json("out/audit.json")["repeats"];
   EXPECT_NEAR(repeats["sigma"].get<double>(), 0.5, 0.06);
   EXPECT_GT(repeats["bias"]["p"].get<double>(), 0.01);

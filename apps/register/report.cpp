@@ -127,7 +127,8 @@ std::string residuals_caption(const matching::Registration& registration, const 
     const std::size_t doubted = prediction->doubted.size();
     text += fmt::format(
         "Predicted: the target's distance from where the other landmarks predict it, in standard deviations of the "
-        "prediction. ▲ marks those above {:.3g}, which the largest of so many exceeds in one of a thousand shapes; {} "
+        "prediction. ▲ marks those above {:.3g}, which the largest of so many exceeds once in a thousand if the model "
+        "holds; {} "
         "here. ",
         prediction->limit, doubted == 0 ? "none" : fmt::to_string(doubted));
     if (!facts.finding.empty()) text += "No landmark is cleared by this: see the warning. ";

@@ -408,9 +408,10 @@ class Hypotheses {
     for (const Slip& slip : slips) {
       Points corrected = shape_;
       corrected.col(landmark) = slip.meant;
+      const double density = law_.log_density(displacement(aligned(corrected)));
       Finding finding{.problem = Problem::kMoved,
                       .landmarks = {landmark},
-                      .log_ratio = law_.log_density(displacement(aligned(corrected))) + slip.log_stretch - none_,
+                      .log_ratio = density + slip.log_stretch - none_,
                       .slip = slip.text,
                       .corrected = std::move(corrected)};
       consider(std::move(finding), static_cast<double>(kept_.size() * slips.size()));

@@ -48,7 +48,9 @@ std::vector<Errors> errors_of(const std::vector<Landmarks>& shapes, const std::v
     if (of_one.size() == 1) order.push_back(specimens[i]);
     of_one.push_back(shapes[i].points);
   }
-  if (order.empty()) throw InputError("no specimen has more than one shape; a column of a table can say of which specimen each shape is");
+  if (order.empty())
+    throw InputError(
+        "no specimen has more than one shape; a column of a table can say of which specimen each shape is");
   const Points pose = sessions.at(order.front()).front();
   std::vector<Errors> all;
   for (const std::string& specimen : order) {

@@ -126,7 +126,7 @@ std::optional<DisplacementModel> fit_displacements(const Points& source, const P
   Precision precision{variance, weights(used), {}};
   if (!options.covariances.empty())
     for (const Index a : used)
-      precision.each.push_back(options.covariances[static_cast<std::size_t>(a)] / (size * size));
+      precision.each.emplace_back(options.covariances[static_cast<std::size_t>(a)] / (size * size));
   const Whitened whitened(precision, d);
   const DisplacementDraws draws{q0, whitened.columns(displacements.reshaped()), whitened.columns(directions)};
   const auto kernel_of = [&](double alpha) { return KernelOperator({{options.profile, alpha, 1}}); };

@@ -30,7 +30,7 @@ double spacing_of(const Points& q) {
 
 // Whether the noise moves landmarks beyond σ; it does where the flow cannot be followed without it.
 bool moves_landmarks(const Registration& registration, const LandmarkShares& shares) {
-  const double count = static_cast<double>(registration.source.count());
+  const auto count = static_cast<double>(registration.source.count());
   return shares.noise.size() == 0 || std::sqrt(shares.noise.squaredNorm() / count) > registration.sigma;
 }
 

@@ -19,10 +19,6 @@
 namespace pulson {
 namespace {
 
-// As audit.hpp says of them.
-constexpr std::size_t kFewestOfCohort = 5;
-constexpr int kFewestJudged = 8, kMostJudged = 300;
-
 using Size = std::pair<int, int>;  // dimension, number of landmarks
 
 Size size_of(const Landmarks& shape) { return {shape.dimension(), shape.count()}; }
@@ -99,16 +95,29 @@ void judge_by_first(AuditResults& results) {
   if (results.shapes.size() > 2)
     results.notes.push_back(
         fmt::format("{} shapes are too few for a law of their own, which {} have: each is judged by {}",
-                    results.shapes.size(), kFewestOfCohort, first.source));
+                    results.shapes.size(), audit::kFewestShapes, first.source));
 }
 
-void note_limits(const Landmarks& first, std::vector<std::string>& notes) {
+void note_limits(const AuditResults& results, std::vector<std::string>& notes) {
+  const Landmarks& first = results.shapes.front().shape;
+  const int fewest = results.is_of_cohort ? audit::kFewestLandmarks : audit::kFewestLandmarksOfPair;
   if (first.dimension() == 1)
     notes.emplace_back(
         "on a line only sizes and codes of missing landmarks are judged: another order is no error there");
-  else if (first.count() < kFewestJudged || first.count() > kMostJudged)
+  else if (first.count() < fewest || first.count() > audit::kMostLandmarks)
     notes.push_back(fmt::format("of {} only sizes and codes of missing landmarks are judged; all else is of {} to {}",
-                                counted(first.count(), "landmark"), kFewestJudged, kMostJudged));
+                                counted(first.count(), "landmark"), fewest, audit::kMostLandmarks));
+  else if (results.audit.reference.size() == 0)
+    notes.emplace_back(
+        "only sizes and codes of missing landmarks are judged: too few shapes have enough landmarks, or "
+        "none has one of them");
+  else if (results.is_of_cohort)
+    for (const JudgedShape& judged : results.shapes) {
+      const auto missing = std::ssize(incomplete_points(judged.shape.points));
+      if (judged.shape.count() - missing < fewest)
+        notes.push_back(fmt::format("{}: {} of {} landmarks are too few to be judged", judged.shape.source,
+                                    judged.shape.count() - missing, judged.shape.count()));
+    }
 }
 
 }  // namespace
@@ -124,9 +133,9 @@ AuditResults judge_shapes(std::vector<Landmarks> shapes, bool by_order) {
     throw InputError(
         fmt::format("{}: an audit needs two shapes or more: the second is judged by the first, and each of {} "
                     "or more by the others",
-                    shapes.empty() ? "no shape" : shapes.front().source, kFewestOfCohort));
+                    shapes.empty() ? "no shape" : shapes.front().source, audit::kFewestShapes));
   const Size usual = usual_size(shapes);
-  const bool is_cohort = shapes.size() >= kFewestOfCohort;
+  const bool is_cohort = shapes.size() >= audit::kFewestShapes;
   const auto first = is_cohort ? std::find_if(shapes.begin(), shapes.end(),
                                               [&](const Landmarks& shape) { return size_of(shape) == usual; })
                                : shapes.begin();
@@ -138,11 +147,11 @@ AuditResults judge_shapes(std::vector<Landmarks> shapes, bool by_order) {
   if (results.shapes.size() < 2)
     throw InputError(fmt::format("{}: no landmarks of the other shapes correspond to its {}", first->source,
                                  counted(first->count(), "landmark")));
-  if (is_cohort && results.shapes.size() >= kFewestOfCohort)
+  if (is_cohort && results.shapes.size() >= audit::kFewestShapes)
     judge_cohort(results);
   else
     judge_by_first(results);
-  note_limits(*first, results.notes);
+  note_limits(results, results.notes);
   const std::vector<std::string> of_names = notes_of_names(shapes);
   results.notes.insert(results.notes.end(), of_names.begin(), of_names.end());
   return results;

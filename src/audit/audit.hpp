@@ -48,13 +48,20 @@ struct Audit {
   double shapes_per_error = 50;  ///< prior: one shape in so many has an error, all kinds and places alike
 };
 
+/// Landmarks that a shape of a cohort needs to be judged: in the plane and in space one of them can then be predicted
+/// from the others and their pose. A pair needs more, as nothing else shows how shapes of the kind vary.
+inline constexpr int kFewestLandmarks = 4, kFewestLandmarksOfPair = 8;
+inline constexpr int kMostLandmarks = 300;       ///< which cost a second
+inline constexpr std::size_t kFewestShapes = 5;  ///< of a cohort
+
 /// What is wrong with `shape`, the landmarks of which are to correspond with those of `reference` in their order. Only
 /// sizes and missing codes are judged in one dimension, where order changes are no errors, and for fewer than 8 or more
 /// than 300 landmarks in both. Costs O(N³).
 Audit audit_pair(const Landmarks& reference, const Landmarks& shape);
 
 /// The same of each shape of a cohort, by a law of the others.
-/// @param shapes of N landmarks each; only sizes and missing codes are judged where there are fewer than 5
+/// @param shapes of N landmarks each; those with fewer than kFewestLandmarks are not judged; only sizes and missing
+/// codes are judged where there are fewer than 5
 Audit audit_cohort(const std::vector<Landmarks>& shapes);
 
 /// "landmarks 2 and 8 look exchanged (odds 10^9; rms distance 71.1, 14.1 without)"

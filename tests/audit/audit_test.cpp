@@ -265,6 +265,19 @@ TEST(AuditOfACohort, NamesSeveralErrorsOfAShape) {
   EXPECT_TRUE(found[1].corrected.leftCols(8) == outline(6, 12).points.leftCols(8));
 }
 
+// Where most are wrong, little can be said, and nothing breaks: nor where a shape has hardly any landmark.
+TEST(AuditOfACohort, JudgesWhatIsWrongThroughout) {
+  for (const int sound : {0, 1, 2}) {
+    std::vector<Landmarks> shapes = outlines(6);
+    for (int i = sound; i < 6; ++i)
+      shapes[static_cast<std::size_t>(i)] = exchanged(shapes[static_cast<std::size_t>(i)], 2 * i, 2 * i + 1);
+    for (const Finding& finding : audit_cohort(shapes).findings) EXPECT_GE(finding.specimen, sound);
+  }
+  std::vector<Landmarks> shapes = outlines(9);
+  for (int i = 1; i < 5; ++i) shapes[static_cast<std::size_t>(i)].points.rightCols(12 - i).setConstant(std::nan(""));
+  EXPECT_THAT(audit_cohort(shapes).findings, IsEmpty());
+}
+
 // Sizes that differ as those of young and adult do are no other unit.
 TEST(AuditOfACohort, AccusesNoGrowth) {
   std::vector<Landmarks> shapes;

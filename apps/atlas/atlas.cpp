@@ -71,7 +71,7 @@ struct Files {
     names.emplace_back("report.html");
   }
 
-  static bool misses_landmarks(const Landmarks& shape) { return !incomplete_points(shape.points).empty(); }
+  static bool misses_landmarks(const Landmarks& shape) { return !missing_landmarks(shape).empty(); }
 };
 
 // The values of the covariate that are drawn: those asked for, or least, mean and greatest.
@@ -111,6 +111,11 @@ void find_statistics(AtlasResults& results, const AtlasArguments& arguments, con
   std::vector<Points> complete;
   for (const Landmarks& shape : results.complete.empty() ? shapes : results.complete) complete.push_back(shape.points);
   results.procrustes = cohort::procrustes_modes(complete);
+  if (const auto left_out = results.atlas.template_shape.count() - std::ssize(results.procrustes.landmarks);
+      left_out > 0)
+    results.notes.push_back(fmt::format("Procrustes coordinates are of the {} that all specimens have; {} absent",
+                                        counted(std::ssize(results.procrustes.landmarks), "landmark"),
+                                        left_out == 1 ? "1 is" : fmt::format("{} are", left_out)));
   if (!arguments.covariate.empty()) {
     results.covariate.assign(covariate.begin(), covariate.end());
     results.covariate_name = arguments.covariate.substr(arguments.covariate.rfind(':') + 1);

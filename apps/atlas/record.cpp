@@ -108,6 +108,8 @@ std::string atlas_json(const AtlasResults& results) {
   json["procrustes"] = {{"mean", landmarks(results.procrustes.mean)},
                         {"eigenvalues", number_list(results.procrustes.modes.eigenvalues)},
                         {"scores", rows_of(results.procrustes.modes.scores)}};
+  if (const std::vector<int>& common = results.procrustes.landmarks; std::ssize(common) < atlas.template_shape.count())
+    for (const int a : common) json["procrustes"]["landmarks"].push_back(a + 1);
   for (const SpecimenRow& row : specimen_rows(results)) json["specimens"].push_back(specimen_json(row));
   if (results.regression) json["regression"] = regression_json(results);
   if (results.comparison) json["groups"] = groups_json(*results.comparison);

@@ -33,7 +33,7 @@ namespace {
 
 /// What `pulson info` reports about a shape besides its contents.
 struct ShapeFacts {
-  std::size_t missing = 0;                              ///< landmarks that have a missing coordinate
+  std::size_t missing = 0;                              ///< landmarks that have a missing coordinate and are not absent
   std::size_t coincident = 0;                           ///< landmarks at the place of an earlier one
   std::optional<std::pair<int, int>> first_coincident;  ///< the first of these and the one before it at its place
   /// The shape or a group of three or more ends where it begins: the last landmark repeats the first. Such are among
@@ -66,7 +66,7 @@ bool repeats_end(const Points& points, const std::vector<int>& members) {
 /// In O(N log N).
 ShapeFacts shape_facts(const Landmarks& shape) {
   ShapeFacts facts;
-  facts.missing = incomplete_points(shape.points).size();
+  facts.missing = missing_landmarks(shape).size();
   count_coincident(shape.points, facts);
   for (const std::vector<int>& members : landmarks_by_group(shape))
     facts.repeats_end = facts.repeats_end || repeats_end(shape.points, members);
@@ -127,6 +127,7 @@ void print_summary(const std::string& address, const FileFacts& facts) {
   print_text("{}: {} with {}\n", address, file.format, counted(file.shapes.size(), "shape"));
   if (!file.shapes.empty()) print_text("{:<11} {}\n", "landmarks", describe_sizes(file.shapes));
   print_sum("missing", facts.shapes, [](const ShapeFacts& shape) { return shape.missing; });
+  print_sum("absent", file.shapes, [](const Landmarks& shape) { return shape.absent.size(); });
   print_sum("coincident", facts.shapes, [](const ShapeFacts& shape) { return shape.coincident; });
   print_sum("repeat end", facts.shapes, [](const ShapeFacts& shape) { return std::size_t{shape.repeats_end}; });
   if (!file.units.empty()) print_text("{:<11} {}\n", "units", file.units);
@@ -145,6 +146,7 @@ void print_points(const Landmarks& shape, const ShapeFacts& facts) {
   for (int c = 0; c < shape.dimension() && !std::isnan(low[c]); ++c)
     print_text("{} {} {:.6g} to {:.6g}", c == 0 ? "," : "", "xyz"[c], low[c], high[c]);
   if (facts.missing > 0) print_text(", {} missing", facts.missing);
+  if (!shape.absent.empty()) print_text(", {} absent", shape.absent.size());
   if (const std::size_t groups = landmarks_by_group(shape).size(); groups > 1) print_text(", {} groups", groups);
   if (const auto& pair = facts.first_coincident)
     print_text(", {} and {} coincide", shape.describe(pair->first), shape.describe(pair->second));
@@ -185,6 +187,7 @@ Json shape_json(const Landmarks& shape, const ShapeFacts& facts) {
           {"count", shape.count()},
           {"dimension", shape.dimension()},
           {"missing", facts.missing},
+          {"absent", shape.absent.size()},
           {"coincident", facts.coincident},
           {"repeated_end", facts.repeats_end},
           {"image", shape.image},

@@ -127,7 +127,7 @@ void add_threads_option(CLI::App& verb) {
 
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kOptionOf{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 21> kOptionOf{{
     {"align", "--align"},
     {"applies_scale", "--scale apply"},
     {"by_order", "--by-order"},
@@ -141,6 +141,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kOptionO
     {"max_points", "--max-pixels"},
     {"merge_coincident", "--merge-coincident"},
     {"method", "--method"},
+    {"missing_codes", "--missing"},
     {"mirror_y", "pulson convert --flip-y HEIGHT"},
     {"negative_is_missing", "--missing negative"},
     {"noise", "--noise"},
@@ -192,7 +193,7 @@ const std::string kGroup = more("Reading landmarks");
 constexpr int kFewestCurvePoints = 2;
 constexpr int kMostCurvePoints = 100'000;
 
-const std::vector<std::string> kColumnKeys = {"x", "y", "z", "name", "specimen", "group"};
+const std::vector<std::string> kColumnKeys = {"x", "y", "z", "name", "specimen", "group", "absent"};
 
 void add_column(std::string_view text, formats::ReadOptions& options) {
   const std::size_t equals = text.find('=');
@@ -223,6 +224,26 @@ void set_format(const std::string& name, formats::ReadOptions& options) {
   options.format = name;
 }
 
+// One of `negative`, `zero`, a number, `absent:NUMBER`, `absent:NA`.
+void add_missing_mark(const std::string& text, formats::ReadOptions& options) {
+  constexpr std::string_view kAbsent = "absent:";
+  if (text == "negative" || text == "zero") {
+    (text == "zero" ? options.zero_is_missing : options.negative_is_missing) = true;
+    return;
+  }
+  const bool is_absent = text.starts_with(kAbsent);
+  const std::string code = is_absent ? text.substr(kAbsent.size()) : text;
+  if (is_absent && text::is_missing(code) && !code.empty())
+    options.absent_codes.push_back(text::kMissing);
+  else if (is_absent && code == "zero")
+    options.absent_codes.push_back(0);
+  else if (text::is_number(code) && !text::is_missing(code))
+    (is_absent ? options.absent_codes : options.missing_codes).push_back(parse_number(code, "--missing"));
+  else
+    throw InputError(fmt::format(
+        "--missing is '{}'; it must be negative, zero, a number as 9999, or absent:NUMBER, absent:NA", text));
+}
+
 void add_text_option(CLI::App& verb, const std::string& name, const std::function<void(const std::string&)>& set,
                      const std::string& type, const std::string& help) {
   verb.add_option_function<std::string>(name, set, help)->type_name(type)->group(kGroup);
@@ -231,22 +252,29 @@ void add_text_option(CLI::App& verb, const std::string& name, const std::functio
 }  // namespace
 
 void add_read_options(CLI::App& verb, formats::ReadOptions& options) {
-  add_text_option(
-      verb, "--missing",
-      [&options](const std::string& text) {
-        if (text != "negative" && text != "zero")
-          throw InputError("--missing is '" + text + "'; it must be negative or zero, or left out");
-        (text == "zero" ? options.zero_is_missing : options.negative_is_missing) = true;
-      },
-      "NAME",
-      "negative: each landmark with a negative coordinate is missing; zero: each at 0 in all coordinates, as programs "
-      "write those that were not digitised");
+  verb.add_option_function<std::vector<std::string>>(
+          "--missing",
+          [&options](const std::vector<std::string>& marks) {
+            for (const std::string& mark : marks) add_missing_mark(mark, options);
+          },
+          "negative: each landmark with a negative coordinate is missing; zero, or a number as 9999: each that has it "
+          "in "
+          "all coordinates; absent:9999, absent:NA: the specimen does not have those with this mark, and they are left "
+          "out; several with commas between")
+      ->type_name("MARK")
+      ->delimiter(',')
+      ->group(kGroup);
+  reads_column(verb.add_option("--absent", options.absent_table,
+                               "landmarks that specimens do not have: a table of specimen and landmarks, or of these "
+                               "columns")
+                   ->type_name("FILE[:COLUMNS]")
+                   ->group(kGroup));
   add_text_option(
       verb, "--format", [&options](const std::string& name) { set_format(name, options); }, "NAME",
       "format of landmark files, see pulson info formats [recognised by their content]");
   add_text_option(
       verb, "--columns", [&options](const std::string& text) { set_columns(text, options); }, "NAMES",
-      "columns of tables: x=COLUMN,y=COLUMN,… for x, y, z, name (of landmarks), specimen, group");
+      "columns of tables: x=COLUMN,y=COLUMN,… for x, y, z, name (of landmarks), specimen, group, absent");
   verb.add_option_function<int>(
           "--dim",
           [&options](int d) {
@@ -324,7 +352,7 @@ const std::vector<std::string>& known_values(const std::string& option) {
       {"--curve-ends", names_of(&matching::curve_ends_name)},
       {"--align", names_of(&alignment_name)},
       {"--solver", names_of(&matching::solver_name)},
-      {"--missing", {"negative", "zero"}},
+      {"--missing", {"negative", "zero", "absent:NA"}},
       {"--format", formats::landmark_format_names()},
       {"--dim", {"2", "3"}},
       {"--scale", {"apply"}},

@@ -31,7 +31,7 @@ CLI::Option* declare(CLI::Option* option, PathUse use, const char* type) {
 // The path in the value of an option that is read.
 std::filesystem::path read_path(PathUse use, const std::string& value) {
   if (use == PathUse::kShape) return formats::file_of_address(value);
-  if (use == PathUse::kColumn) return value.substr(0, value.rfind(':'));
+  if (use == PathUse::kColumn && !std::filesystem::exists(value)) return value.substr(0, value.rfind(':'));
   return value;
 }
 

@@ -1,6 +1,9 @@
 // Principal components, of momenta and of Procrustes coordinates.
 
+#include <algorithm>
 #include <cmath>
+
+#include <fmt/format.h>
 
 #include "core/factorisations.hpp"
 #include "pulson/cohort/statistics.hpp"
@@ -101,6 +104,20 @@ Points turned_onto(const Points& points, const Points& target) {
   return turn.linear * points;
 }
 
+// Landmarks that all shapes have.
+std::vector<int> common_landmarks(const std::vector<Points>& shapes) {
+  std::vector<int> common;
+  for (Eigen::Index a = 0; a < shapes.front().cols(); ++a)
+    if (std::all_of(shapes.begin(), shapes.end(), [a](const Points& shape) { return shape.col(a).allFinite(); }))
+      common.push_back(static_cast<int>(a));
+  if (const auto count = std::ssize(common); count <= shapes.front().rows())
+    throw InputError(
+        fmt::format("only {} in all specimens, too few for Procrustes coordinates: leave specimens out "
+                    "that lack others",
+                    count == 1 ? "1 landmark is" : fmt::format("{} landmarks are", count)));
+  return common;
+}
+
 }  // namespace
 
 ShapeModes momentum_modes(const Atlas& atlas) {
@@ -113,8 +130,9 @@ ShapeModes momentum_modes(const Atlas& atlas) {
 ProcrustesModes procrustes_modes(const std::vector<Points>& shapes) {
   const SerialBlas serial;
   if (shapes.size() < 2) throw InputError("principal components need at least two shapes");
+  const std::vector<int> common = common_landmarks(shapes);
   std::vector<Points> moved;
-  for (const Points& shape : shapes) moved.push_back(of_unit_size(shape));
+  for (const Points& shape : shapes) moved.push_back(of_unit_size(shape(Eigen::all, common)));
   Points mean = moved.front();
   for (int round = 0; round < kMostRounds; ++round) {
     Points sum = Points::Zero(mean.rows(), mean.cols());
@@ -128,13 +146,14 @@ ProcrustesModes procrustes_modes(const std::vector<Points>& shapes) {
     if (change < kMeanChange * kMeanChange) break;
   }
   // The mean as the first shape lies.
-  const Alignment back = align(mean, of_unit_size(shapes.front()), AlignmentKind::kRigid);
+  const Alignment back = align(mean, of_unit_size(shapes.front()(Eigen::all, common)), AlignmentKind::kRigid);
   mean = back.linear * mean;
   for (Points& shape : moved) {
     shape = back.linear * shape;
     shape -= shape.cwiseProduct(mean).sum() * mean;
   }
-  return {mean, principal_components(as_columns(moved), MatrixXd::Identity(mean.cols(), mean.cols()), mean.rows())};
+  return {mean, principal_components(as_columns(moved), MatrixXd::Identity(mean.cols(), mean.cols()), mean.rows()),
+          common};
 }
 
 }  // namespace pulson::cohort

@@ -174,9 +174,10 @@ PredictedLandmarks ShapePredictor::predict(const Landmarks& shape) const {
   require_alike(mean, shape);
   PredictedLandmarks predicted;
   Points points = shape.points;
-  predicted.landmarks = incomplete_points(points);
-  for (const int a : predicted.landmarks) points.col(a).setConstant(std::nan(""));
-  const Index d = points.rows(), left = points.cols() - std::ssize(predicted.landmarks);
+  predicted.landmarks = missing_landmarks(shape);
+  const std::vector<int> incomplete = incomplete_points(points);
+  for (const int a : incomplete) points.col(a).setConstant(std::nan(""));
+  const Index d = points.rows(), left = points.cols() - std::ssize(incomplete);
   const Index parameters = law.directions().cols();
   if (d * left <= parameters)
     throw InputError(
@@ -191,12 +192,13 @@ PredictedLandmarks ShapePredictor::predict(const Landmarks& shape) const {
   const auto count = static_cast<double>(std::ssize(found.observed) - parameters);
   for (Index k = 0; k < predicted.positions.cols(); ++k) {
     const int a = predicted.landmarks[static_cast<std::size_t>(k)];
-    predicted.positions.col(k) = back.apply(law.mean().col(a) + found.displacement.segment(k * d, d));
+    const Index at = d * (std::lower_bound(incomplete.begin(), incomplete.end(), a) - incomplete.begin());
+    predicted.positions.col(k) = back.apply(law.mean().col(a) + found.displacement.segment(at, d));
     // Student's distribution of a landmark given others: with ν = δ + m + 1 as many degrees as there are shapes with
     // this landmark, and a scale by how much this shape is more or less unusual than most.
     const double degrees = fit_->prior_weight + fit_->observed[a] + 1 + count;
     const double unusual = (std::max(degrees - count - 2, 0.0) + distance) / degrees;
-    const MatrixXd scale = unusual * back.linear * covariance.block(k * d, k * d, d, d) * back.linear.transpose();
+    const MatrixXd scale = unusual * back.linear * covariance.block(at, at, d, d) * back.linear.transpose();
     predicted.half_widths.col(k) =
         student_quantile(0.5 * (1 + kCentral), degrees) * back.scale * scale.diagonal().cwiseMax(0).cwiseSqrt();
   }
@@ -207,7 +209,7 @@ std::vector<PredictedLandmarks> predict_missing(const Atlas& atlas, const std::v
   const SerialBlas serial;
   std::vector<std::size_t> incomplete;
   for (std::size_t i = 0; i < shapes.size(); ++i)
-    if (!incomplete_points(shapes[i].points).empty()) incomplete.push_back(i);
+    if (!missing_landmarks(shapes[i]).empty()) incomplete.push_back(i);
   std::vector<PredictedLandmarks> predicted(shapes.size());
   const std::size_t parts = std::min(kParts, incomplete.size());
   parallel_for(static_cast<int>(parts), [&](int part) {

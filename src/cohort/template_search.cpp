@@ -217,8 +217,10 @@ class TemplateSearch {
     options.sigma = std::max(atlas_.sigma, 1e-4 * size_);
     options.align = AlignmentKind::kNone;
     options.grid = geodesics_.grid();
+    Landmarks target = specimen.shape;
+    target.absent.clear();  // the template keeps what this specimen does not have
     try {
-      return register_shapes(source, specimen.shape, options).momenta;
+      return register_shapes(source, target, options).momenta;
     } catch (const Error&) {
       return std::nullopt;
     }

@@ -191,6 +191,14 @@ std::vector<std::pair<int, int>> links_among(const std::vector<std::pair<int, in
   return among;
 }
 
+// The places in the choice of those that are absent.
+std::vector<int> absent_among(const std::vector<int>& absent, const std::vector<int>& chosen) {
+  std::vector<int> places;
+  for (std::size_t i = 0; i < chosen.size() && !absent.empty(); ++i)
+    if (std::binary_search(absent.begin(), absent.end(), chosen[i])) places.push_back(static_cast<int>(i));
+  return places;
+}
+
 }  // namespace
 
 Landmarks selected(const Landmarks& shape, const std::vector<int>& landmarks) {
@@ -200,6 +208,7 @@ Landmarks selected(const Landmarks& shape, const std::vector<int>& landmarks) {
   part.groups.clear();
   part.numbers.clear();
   part.links = links_among(shape.links, landmarks);
+  part.absent = absent_among(shape.absent, landmarks);
   for (const int a : landmarks) {
     part.numbers.push_back(shape.number(a));
     const auto i = static_cast<std::size_t>(a);
@@ -217,6 +226,9 @@ Landmarks in_order_of(const Landmarks& first, const Landmarks& other, std::vecto
     result.points.setConstant(other.dimension(), first.count(), std::numeric_limits<double>::quiet_NaN());
     result.points(Eigen::all, pairs.first) = other.points(Eigen::all, pairs.other);
     result.groups = first.groups;
+    result.absent.clear();
+    for (const int i : absent_among(other.absent, pairs.other))
+      result.absent.push_back(pairs.first[static_cast<std::size_t>(i)]);
   }
   result.labels = first.labels;
   result.numbers = first.numbers;
@@ -263,6 +275,7 @@ Landmarks merged(const Landmarks& shape, int first, int second, const Eigen::Vec
     if (b == second) b = first;
   }
   std::erase_if(result.links, [](const auto& link) { return link.first == link.second; });
+  std::erase_if(result.absent, [&](int a) { return !x.col(a).hasNaN(); });
   return selected(result, others);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 
@@ -79,6 +80,14 @@ std::vector<std::vector<int>> landmarks_by_group(const Landmarks& shape) {
     members[it->second].push_back(a);
   }
   return members;
+}
+
+std::vector<int> missing_landmarks(const Landmarks& shape) {
+  const std::vector<int> incomplete = incomplete_points(shape.points);
+  std::vector<int> missing;
+  std::set_difference(incomplete.begin(), incomplete.end(), shape.absent.begin(), shape.absent.end(),
+                      std::back_inserter(missing));
+  return missing;
 }
 
 std::vector<int> incomplete_points(const Points& points) {

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <limits>
 
 #include <fmt/format.h>
 
@@ -9,6 +8,7 @@
 #include "core/text.hpp"
 #include "formats.hpp"
 #include "frames_of_files.hpp"
+#include "missing_marks.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/formats/landmark_files.hpp"
@@ -159,45 +159,6 @@ void replace_zero_bytes(const std::string& path, LandmarkFile& file) {
   if (is_changed) file.warnings.push_back(path + ": zero bytes in names are read as U+FFFD");
 }
 
-template <class IsMissing>
-void mark_as_missing(std::vector<Landmarks>& shapes, const IsMissing& is_missing) {
-  for (Landmarks& shape : shapes)
-    for (auto point : shape.points.colwise())
-      if (is_missing(point.array())) point.setConstant(std::numeric_limits<double>::quiet_NaN());
-}
-
-/// That several landmarks of a shape are at 0, where they were perhaps not digitised; empty where none are.
-std::string note_of_zeros(const std::vector<Landmarks>& shapes) {
-  std::size_t zeros = 0;
-  const Landmarks* first = nullptr;
-  for (const Landmarks& shape : shapes) {
-    const auto is_zero = [](const auto& point) { return point.size() > 1 && (point.array() == 0).all(); };
-    const auto here = std::count_if(shape.points.colwise().begin(), shape.points.colwise().end(), is_zero);
-    // one may be an origin, and so may those among negative coordinates
-    if (here < 2 || (shape.points.array() < 0).any()) continue;
-    zeros += static_cast<std::size_t>(here);
-    if (first == nullptr) first = &shape;
-  }
-  if (first == nullptr) return {};
-  return fmt::format(
-      "{} at 0 in each coordinate, the first of them in {}, often those that were not digitised, read as points like "
-      "any "
-      "other: `zero_is_missing` distinguishes them",
-      text::counted(zeros, "landmark"), text::in_quotes(first->name));
-}
-
-/// Landmarks with −1 in all coordinates, in shapes that have no other negative coordinate.
-std::size_t count_missing_marks(const std::vector<Landmarks>& shapes) {
-  std::size_t marks = 0;
-  for (const Landmarks& shape : shapes)
-    for (const auto& point : shape.points.colwise()) {
-      if (point.hasNaN() || (point.array() >= 0).all()) continue;
-      if (point.size() == 1 || (point.array() != -1).any()) return 0;
-      ++marks;
-    }
-  return marks;
-}
-
 // A table that names images, or has pixels, is of places in images.
 bool is_of_image(const LandmarkFormat& format, const Landmarks& shape) {
   return is_table(format) && (!shape.image.empty() || shape.units == "px");
@@ -265,17 +226,7 @@ LandmarkFile shapes_of_text(const std::filesystem::path& path, std::string conte
   if (is_recoded) file.warnings.push_back(path.string() + ": it is not in UTF-8, and read as Windows-1252");
   name_shapes(path, file.shapes);
   replace_zero_bytes(path.string(), file);
-  if (options.zero_is_missing)
-    mark_as_missing(file.shapes, [](const auto& point) { return (point == 0).all(); });
-  else if (const std::string note = note_of_zeros(file.shapes); !note.empty())
-    file.warnings.push_back(fmt::format("{}: {}", path.string(), note));
-  if (options.negative_is_missing)
-    mark_as_missing(file.shapes, [](const auto& point) { return (point < 0).any(); });
-  else if (const std::size_t marks = count_missing_marks(file.shapes); marks > 0)
-    file.warnings.push_back(fmt::format(
-        "{}: {} with -1 in each coordinate, often the mark of a missing one, read as a point like any other: "
-        "`negative_is_missing` distinguishes them",
-        path.string(), text::counted(marks, "landmark")));
+  mark_missing(options, path.string(), file);
   return file;
 }
 

@@ -59,6 +59,8 @@ std::vector<std::string> losses_of(const Target& target, const LandmarkFile& fil
   lose(held.properties, "properties", [](const Landmarks& shape) { return !shape.properties.empty(); });
   lose(held.lines, "curves", [](const Landmarks& shape) { return !shape.curves.empty(); });
   lose(held.lines, "outlines", [](const Landmarks& shape) { return !shape.outlines.empty(); });
+  lose(held.absent, "which landmarks are absent and not missing",
+       [](const Landmarks& shape) { return !shape.absent.empty(); });
   lose(held.links, "links", [](const Landmarks& shape) { return !shape.links.empty(); });
   if (!held.units && !file.units.empty())
     losses.push_back(cannot_hold(target, "the units " + text::in_quotes(file.units)));

@@ -32,6 +32,7 @@ struct HeldParts {
   bool axes = false;
   bool directions = false;  ///< of y in the plane
   bool frames = false;      ///< units per pixel, origins
+  bool absent = false;      ///< which landmarks are absent; else they are missing ones
 };
 
 // ---- notes

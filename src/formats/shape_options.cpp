@@ -15,6 +15,7 @@
 #include "core/shape_frames.hpp"
 #include "core/text.hpp"
 #include "formats/text/text_lines.hpp"
+#include "missing_marks.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 
@@ -52,6 +53,7 @@ bool give_lines_back(Landmarks& shape) {
   shape.labels.clear();
   shape.numbers.clear();
   shape.links.clear();
+  shape.absent.clear();
   return true;
 }
 
@@ -279,6 +281,7 @@ void prepare_shapes(const ReadOptions& options, const std::string& path, Landmar
 void apply_to_shapes(const ReadOptions& options, LandmarkFile& file) {
   if (options.applies_scale) apply_scales(file);
   if (!options.links.empty()) apply_links(options.links, file);
+  if (!options.absent_table.empty()) apply_absent_table(options.absent_table, file);
   if (!options.landmarks.empty())
     for (Landmarks& shape : file.shapes)
       if (shape.count() > 0) shape = selected(shape, LandmarkList(shape).find(options.landmarks));

@@ -1,12 +1,15 @@
 #include "registration_input.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <fmt/core.h>
 
 #include "core/landmark_pairs.hpp"
 #include "core/landmark_range.hpp"
 #include "core/shape_frames.hpp"
+#include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::matching {
@@ -66,6 +69,38 @@ void select_pairs(MatchingShapes& shapes) {
   const bool in_order = std::is_sorted(pairs.other.begin(), pairs.other.end());
   if (std::ssize(pairs.other) < shapes.target.count() || !in_order)
     shapes.target = selected(shapes.target, pairs.other);
+}
+
+// What either specimen does not have corresponds to nothing in the other.
+void leave_out_absent(MatchingShapes& shapes) {
+  const bool correspond = shapes.data.kind == DataKind::kLandmarks;
+  const auto without = [&](Landmarks& shape, const std::vector<int>& absent) {
+    std::vector<int> present;
+    for (int a = 0; a < shape.count(); ++a)
+      if (!std::binary_search(absent.begin(), absent.end(), a)) present.push_back(a);
+    shape = selected(shape, present);
+    return present;
+  };
+  const auto note = [&](const Landmarks& shape) {
+    if (shape.absent.empty()) return;
+    shapes.notes.push_back(fmt::format("{} does not have {}, which {} left out of both shapes: {}", shape.source,
+                                       text::counted(shape.absent.size(), "landmark"),
+                                       shape.absent.size() == 1 ? "is" : "are", listed(shape, shape.absent)));
+  };
+  std::vector<int> absent = shapes.source.absent;
+  if (correspond) {
+    absent.clear();
+    std::set_union(shapes.source.absent.begin(), shapes.source.absent.end(), shapes.target.absent.begin(),
+                   shapes.target.absent.end(), std::back_inserter(absent));
+  }
+  if (absent.empty() && shapes.target.absent.empty()) return;
+  note(shapes.source);
+  note(shapes.target);
+  without(shapes.target, correspond ? absent : std::vector<int>(shapes.target.absent));
+  select_data(shapes.data, without(shapes.source, absent));
+  if (shapes.source.count() == 0)
+    throw InputError(fmt::format("{} and {}: no landmark is left that both specimens have", shapes.source.source,
+                                 shapes.target.source));
 }
 
 // Those left out of the source, and its others.
@@ -161,6 +196,7 @@ MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target,
   MatchingShapes shapes{source, target, data, {}};
   shapes.source = in_frame_of(target, source, shapes.notes);
   if (data.kind == DataKind::kLandmarks) select_pairs(shapes);
+  leave_out_absent(shapes);
   leave_out_missing(shapes);
   if (data.kind != DataKind::kLandmarks) shapes.source_edges = make_curve(shapes.source, data.ends).edges;
   merge_coincident(shapes, may_separate);

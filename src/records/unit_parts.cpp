@@ -58,6 +58,7 @@ Json shape_identity(const Landmarks& shape) {
             {"curves", matrices_json(shape.curves)},
             {"outlines", matrices_json(shape.outlines)},
             {"numbers", shape.numbers},
+            {"absent", shape.absent},
             {"links", shape.links},
             {"units", shape.units},
             {"axes", shape.axes},
@@ -84,6 +85,9 @@ Landmarks shape_from(const Json& json) {
   shape.curves = matrices_from(json.at("curves"), dimension);
   shape.outlines = matrices_from(json.at("outlines"), dimension);
   json.at("numbers").get_to(shape.numbers);
+  json.at("absent").get_to(shape.absent);
+  for (const int a : shape.absent)
+    if (a < 0 || a >= shape.count() || !shape.points.col(a).hasNaN()) throw Damaged();
   json.at("links").get_to(shape.links);
   for (const auto& [a, b] : shape.links)
     if (std::min(a, b) < 0 || std::max(a, b) >= shape.count()) throw Damaged();

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "atlas_examples.hpp"
+#include "error_of.hpp"
 #include "pulson/cohort/statistics.hpp"
 #include "pulson/formats/landmark_files.hpp"
 
@@ -88,6 +89,20 @@ void expect_table(const std::vector<Points>& shapes, const std::vector<double>& 
   for (std::size_t i = 0; i < scores.size(); ++i)
     EXPECT_NEAR(std::abs(found.modes.scores(static_cast<Index>(i), 0)), scores[i], 1e-10) << i;
   EXPECT_NEAR(found.mean.norm(), 1, 1e-14);
+}
+
+TEST(ProcrustesModes, AreOfTheLandmarksThatAllShapesHave) {
+  std::vector<Points> shapes = shapes_by_formula(2), part;
+  for (const Points& shape : shapes) part.emplace_back(shape(Eigen::all, std::vector<int>{0, 1, 3, 5}));
+  shapes[0].col(2).setConstant(std::nan(""));
+  shapes[7](1, 4) = std::nan("");
+  const ProcrustesModes found = procrustes_modes(shapes), expected = procrustes_modes(part);
+  EXPECT_EQ(found.landmarks, (std::vector<int>{0, 1, 3, 5}));
+  EXPECT_EQ(found.modes.scores, expected.modes.scores);
+  shapes[3].leftCols(2).setConstant(std::nan(""));
+  EXPECT_EQ(error_of([&] { procrustes_modes(shapes); }),
+            "only 2 landmarks are in all specimens, too few for Procrustes coordinates: leave specimens out that lack "
+            "others");
 }
 
 // Expected numbers by R 4.2.2: rotations by procGPA(scale = FALSE) of package shapes 1.2.7 of shapes of unit size,

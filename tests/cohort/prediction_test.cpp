@@ -134,6 +134,22 @@ TEST(PredictMissing, BandsOfTheCohortsOwnShapesCoverNineOfTen) {
   EXPECT_NEAR(covered / count, 0.9, 4 * std::sqrt(0.9 * 0.1 * 2 / count));
 }
 
+// What a specimen does not have tells nothing and is not told; the others are predicted as if it were missing.
+TEST(PredictMissing, SaysNothingOfWhatIsAbsent) {
+  const CohortLaw law;
+  std::vector<Landmarks> shapes = drawn_shapes(law, 10, 47);
+  for (const Index a : {2, 5, 7}) shapes[3].points.col(a).setConstant(std::nan(""));
+  const PredictedLandmarks all = predict_missing(make_atlas(shapes, options_of(law)), shapes)[3];
+  ASSERT_THAT(all.landmarks, ElementsAre(2, 5, 7));
+  shapes[3].absent = {2, 7};
+  const Atlas atlas = make_atlas(shapes, options_of(law));
+  EXPECT_THAT(atlas.template_shape.absent, testing::IsEmpty());
+  const PredictedLandmarks found = predict_missing(atlas, shapes)[3];
+  ASSERT_THAT(found.landmarks, ElementsAre(5));
+  EXPECT_EQ(found.positions.col(0), all.positions.col(1));
+  EXPECT_EQ(found.half_widths.col(0), all.half_widths.col(1));
+}
+
 // Each drawn shape turned, moved and scaled.
 std::vector<Landmarks> posed_draws(const CohortLaw& law, int count, std::uint64_t seed) {
   std::vector<Landmarks> shapes = drawn_shapes(law, count, seed);

@@ -54,6 +54,19 @@ TEST(LandmarkPairs, FollowLabels) {
                           "their labels"));
 }
 
+TEST(LandmarkPairs, KeepWhichLandmarksAreAbsent) {
+  const Landmarks first = labelled("a.csv", {"nose", "chin", "ear", "eye"});
+  Landmarks other = labelled("b.csv", {"eye", "ear", "nose"});
+  other.points.col(1).setConstant(std::nan(""));
+  other.absent = {1};
+  Names notes;
+  const Landmarks paired = in_order_of(first, other, notes);
+  EXPECT_THAT(paired.absent, ElementsAre(2));
+  EXPECT_THAT(missing_landmarks(paired), ElementsAre(1)) << "the other has no chin: it is not known to be absent";
+  EXPECT_THAT(selected(paired, {3, 2}).absent, ElementsAre(1));
+  EXPECT_THAT(merged(paired, 2, 3, {1, 1}).absent, IsEmpty()) << "one of the two is there";
+}
+
 TEST(LandmarkPairs, LeaveOutWhatOneSideHasAlone) {
   const Landmarks first = labelled("a.csv", {"nose", "chin", "ear", "eye"});
   const Landmarks other = labelled("b.csv", {"nose", "brow", "eye", "ear", "lip"});

@@ -79,9 +79,10 @@ TEST_F(JsonFile, TakesAllThatItsHelpSays) {
   EXPECT_THAT(file.warnings, IsEmpty());
   const Landmarks& shape = file.shapes.at(0);
   EXPECT_EQ(shape.name, "a");
-  EXPECT_THAT(incomplete_points(shape.points), ElementsAre(1));
-  EXPECT_THAT(shape.labels, ElementsAre("tip", "fin"));
-  EXPECT_THAT(shape.groups, ElementsAre("1", "1"));
+  EXPECT_THAT(missing_landmarks(shape), ElementsAre(1));
+  EXPECT_THAT(shape.absent, ElementsAre(2));
+  EXPECT_THAT(shape.labels, ElementsAre("tip", "fin", "bone"));
+  EXPECT_THAT(shape.groups, ElementsAre("1", "1", "2"));
   EXPECT_EQ(shape.image, "a.jpg");
   EXPECT_EQ(shape.scale, 0.1);
   EXPECT_THAT(shape.properties, ElementsAre(Pair("COMMENT", "old")));

@@ -66,6 +66,7 @@ void check_texts(const std::string& format, const formats::WrittenLandmarks& wri
   if (is_reported(written, "not UTF-8") || is_reported(written, "line breaks")) return;
   if (!is_reported(written, "labels"))
     require(telling_names(back.labels) == telling_names(shape.labels), format + " changes labels");
+  if (!is_reported(written, "absent")) require(back.absent == shape.absent, format + " changes what is absent");
   if (!is_reported(written, "group"))
     require(telling_names(back.groups) == telling_names(shape.groups), format + " changes groups");
   if (!is_reported(written, "images")) require(back.image == shape.image, format + " changes images");

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "fuzz_targets.hpp"
 #include "fuzzing.hpp"
 #include "landmark_laws.hpp"
@@ -18,7 +20,8 @@ bool landmark_files(std::string_view input) {
   for (const formats::ReadOptions& options :
        {formats::ReadOptions{.columns = {{"x", "a"}, {"name", "b"}}, .dimension = 2},
         formats::ReadOptions{.landmarks = "2,1", .applies_scale = true},
-        formats::ReadOptions{.landmarks = "1", .curve_points = 3}})
+        formats::ReadOptions{
+            .missing_codes = {0}, .absent_codes = {std::nan("")}, .landmarks = "1", .curve_points = 3}})
     if (const auto read = attempt([&] { return read_landmark_file(bytes.path(), options); }))
       check_landmark_file(*read);
   return true;

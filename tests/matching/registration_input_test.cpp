@@ -89,6 +89,39 @@ TEST(Registrations, DoWithoutWhatIsMissing) {
             (std::vector<std::string>{"a.csv: 1 of 4 landmarks have a missing coordinate and are left out: 2"}));
 }
 
+// What a specimen does not have is as if no file had it, its weight included.
+TEST(Registrations, LeaveOutWhatIsAbsent) {
+  Landmarks source, target;
+  source.points = Points{{0, 1, 2, 3, 1, 2}, {0, 0.2, 0, 0.3, 1, 1.2}};
+  source.source = "a.csv";
+  target.points = source.points + Points{{0, 0.1, 0, 0.2, 0, 0.3}, {0.1, 0, 0.3, 0, 0.2, 0}};
+  target.source = "b.csv";
+  RegistrationOptions options = plain_options();
+  options.kernel = "gaussian:alpha=1";
+  options.data.weights = Eigen::VectorXd::LinSpaced(6, 1, 2);
+  const std::vector<int> kept = {0, 2, 3, 5};
+  RegistrationOptions of_kept = options;
+  of_kept.data.weights = Eigen::VectorXd(options.data.weights(kept));
+  Landmarks first = source, second = target;
+  first.points = source.points(Eigen::all, kept);
+  second.points = target.points(Eigen::all, kept);
+  const Registration expected = register_shapes(first, second, of_kept);
+  source.points.col(1).setConstant(std::nan(""));
+  source.absent = {1};
+  target.points.col(4).setConstant(std::nan(""));
+  target.absent = {4};
+  const Registration found = register_shapes(source, target, options);
+  EXPECT_EQ(found.result, expected.result);
+  EXPECT_EQ(found.cost.total(), expected.cost.total());
+  EXPECT_EQ(found.source.numbers, (std::vector<int>{1, 3, 4, 6}));
+  EXPECT_EQ(found.notes,
+            (std::vector<std::string>{"a.csv does not have 1 landmark, which is left out of both shapes: 2",
+                                      "b.csv does not have 1 landmark, which is left out of both shapes: 5"}));
+  target.absent = {0, 2, 3, 4, 5};
+  target.points(Eigen::all, target.absent).setConstant(std::nan(""));
+  EXPECT_EQ(registration_error(source, target), "a.csv and b.csv: no landmark is left that both specimens have");
+}
+
 TEST(Registrations, FollowWeights) {
   const Landmarks source = square("a.csv");
   Landmarks target = source;

@@ -123,7 +123,7 @@ TEST_F(ConvertProgram, TakesNegativesForMissingOnes) {
   converted("pair.json marked.json --missing negative");
   EXPECT_THAT(incomplete_points(formats::read_landmarks("marked.json#2").points), ElementsAre(0, 1));
   expect_refused("convert pair.json a.json --missing none",
-                 "--missing is 'none'; it must be negative or zero, or left out");
+                 "--missing is 'none'; it must be negative, zero, a number as 9999, or absent:NUMBER, absent:NA");
 }
 
 TEST_F(ConvertProgram, TakesARegistration) {
@@ -167,6 +167,7 @@ TEST_F(ConvertProgram, TellsItAsJson) {
   EXPECT_EQ(facts["axes"], "");
   EXPECT_EQ(facts["warnings"], nlohmann::json::array());
   EXPECT_EQ(facts["shapes"][0], nlohmann::json::parse(R"({"name": "ann", "count": 3, "dimension": 2, "missing": 0,
+    "absent": 0,
     "coincident": 1, "repeated_end": true, "image": "a.jpg", "scale": 0.5, "curves": 1, "outlines": 0})"));
   EXPECT_EQ(facts["shapes"][1]["scale"], nullptr);
   expect_refused("info pair.json --json nowhere/x.json", "nowhere");

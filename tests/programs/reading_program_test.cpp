@@ -65,11 +65,26 @@ TEST_F(ReadingProgram, TakesColumnsAndTurns) {
   expect_refused("info he.csv --columns x=he_x,y=he_row",
                  "he.csv:1: no column 'he_x'; the columns are 'id', 'he_col', 'he_row', 'label'");
   expect_refused("info he.csv --columns he_col,he_row",
-                 "--columns: 'he_col' is not of the form x=COLUMN; valid: x, y, z, name, specimen, group");
+                 "--columns: 'he_col' is not of the form x=COLUMN; valid: x, y, z, name, specimen, group, absent");
   expect_refused("info he.csv --columns nam=label",
                  "--columns: 'nam' is not the name of a kind of column; did you mean 'name'; valid: x, y, z, name, "
-                 "specimen, group");
+                 "specimen, group, absent");
   expect_refused("info turns.txt --dim 4", "--dim is 4; it must be 2 or 3");
+}
+
+TEST_F(ReadingProgram, LeavesOutWhatIsAbsent) {
+  write("a.csv", "name,x,y\na,0,0\nb,4,0\nc,0,4\nd,5,5\n");
+  write("b.csv", "name,x,y\na,0,0\nb,5,0\nc,9999,9999\nd,5,6\n");
+  write("lacks.csv", "specimen,bone\na,\nb,c\n");
+  EXPECT_THAT(done("info b.csv --missing 9999,zero").out, HasSubstr("missing     2 in 1 shape"));
+  EXPECT_THAT(done("info b.csv --missing absent:9999").out, HasSubstr("absent      1 in 1 shape"));
+  for (const std::string marks : {"--missing absent:9999", "--missing 9999 --absent lacks.csv"}) {
+    done("register a.csv b.csv --sigma 1 --no-picture -o out " + marks);
+    EXPECT_EQ(formats::read_landmarks("out/registration.json#2").count(), 3) << marks;
+  }
+  expect_refused("info b.csv --absent lacks.csv:bone",
+                 "lacks.csv:3: landmark 'c' is absent from b.csv, which has coordinates of it; where these are the "
+                 "mark of a missing one, --missing names it");
 }
 
 TEST_F(ReadingProgram, TakesACurveAndAScale) {

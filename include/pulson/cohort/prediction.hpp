@@ -9,7 +9,7 @@ namespace pulson::cohort {
 
 /// Where the missing landmarks of a shape are, given the others.
 struct PredictedLandmarks {
-  std::vector<int> landmarks;  ///< that are missing, in their order
+  std::vector<int> landmarks;  ///< that are missing and not absent, in their order
   Points positions;            ///< d×M, in the coordinates of the shape
   /// Half the width of the central 90 % of each coordinate, d×M.
   Points half_widths;

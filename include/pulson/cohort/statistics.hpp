@@ -27,14 +27,16 @@ ShapeModes momentum_modes(const Atlas& atlas);
 
 /// Shapes of unit centroid size in the tangent space at their mean.
 struct ProcrustesModes {
-  Points mean;       ///< d×N, of centroid size 1 about the origin
-  ShapeModes modes;  ///< eigenvalues without unit; directions are displacements
+  Points mean;                   ///< d×N, of centroid size 1 about the origin
+  ShapeModes modes;              ///< eigenvalues without unit; directions are displacements
+  std::vector<int> landmarks{};  ///< of the shapes, counted from 0, to which both belong
 };
 
 /// The principal components that are usual in geometric morphometrics: shapes are scaled to centroid size 1 and rotated
 /// onto their mean (partial generalised Procrustes analysis), projected orthogonally to the mean (I. Dryden and K.
 /// Mardia, Statistical Shape Analysis, 2016, chapter 7), and centred: what `gpagen` and `gm.prcomp` of R's geomorph
-/// compute. @param shapes d×N, complete
+/// compute. Landmarks that a shape misses are left out of all. @param shapes d×N
+/// @throws InputError where fewer than d + 1 are in all shapes
 ProcrustesModes procrustes_modes(const std::vector<Points>& shapes);
 
 /// Random permutations of specimens.

@@ -27,7 +27,10 @@ struct Landmarks {
   std::vector<Points> curves{};              ///< further points along open lines, d×n each, that are no landmarks
   std::vector<Points> outlines{};            ///< the same of closed ones
   std::vector<std::pair<int, int>> links{};  ///< landmarks, counted from 0, that a wireframe joins; for pictures alone
-  std::vector<int> numbers{};    ///< in the file, from 1, where it numbers them or some were left out; empty: 1, 2, …
+  std::vector<int> numbers{};  ///< in the file, from 1, where it numbers them or some were left out; empty: 1, 2, …
+  /// Landmarks, counted from 0 and rising, of structures that the specimen does not have, as a bone that its species
+  /// lacks. Their coordinates are NaN; nothing is aligned by them, matched to them or predicted of them.
+  std::vector<int> absent{};
   std::string units{};           ///< of length, as its file names them (`mm`), or `voxels`; empty: it does not
   std::string axes{};            ///< where the axes point, as its file says: `LPS`, `RAS`; empty: it does not
   Frame frame{.y_down = false};  ///< d = 2: how its points lie on the image; pictures show y in its direction
@@ -48,6 +51,9 @@ std::vector<std::vector<int>> landmarks_by_group(const Landmarks& shape);
 
 /// Indices of the points that have a missing coordinate (it is NaN), in their order.
 std::vector<int> incomplete_points(const Points& points);
+
+/// The landmarks that have a missing coordinate and are not absent: what a prediction may tell.
+std::vector<int> missing_landmarks(const Landmarks& shape);
 
 // The measures below leave out the points that have a missing coordinate, as if they were not there.
 

@@ -69,6 +69,15 @@ struct ReadOptions {
   bool negative_is_missing = false;
   /// The same of a landmark at 0 in all coordinates, as some programs write those that were not digitised.
   bool zero_is_missing = false;
+  /// The same of a landmark of which each coordinate is one of these numbers.
+  std::vector<double> missing_codes{};
+  /// A landmark of which each coordinate is one of these numbers is absent (Landmarks::absent); NaN: so is each that
+  /// misses a coordinate, by the file or by a code above.
+  std::vector<double> absent_codes{};
+  /// A table of absent landmarks, as `FILE` or `FILE:COLUMN,COLUMN`; empty: none. Its first column, or the one named
+  /// `specimen`, holds the names of the shapes, each of which needs a row; the other columns, or those named, hold
+  /// labels of absent landmarks or their numbers in the file, several with blanks between, or nothing.
+  std::string absent_table{};
   /// Name of the row of landmark_formats() that reads it; empty: recognised.
   std::string format{};
   /// The names of columns of a table: `x`, `y`, `z`, `name` (of landmarks), `specimen`, `group` → as the table has it;

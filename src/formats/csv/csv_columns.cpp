@@ -20,7 +20,7 @@ struct NamedMeaning {
   int rank;
 };
 
-constexpr std::array<NamedMeaning, 10> kMeanings = {{
+constexpr std::array<NamedMeaning, 11> kMeanings = {{
     {" landmark landmarkid landmarkno landmarknr landmarknumber landmarkname landmarkindex landmark# lm lmid lmno "
      "point "
      "pointid pointno pointname pt ptid keypoint bodypart coordid ",
@@ -38,6 +38,7 @@ constexpr std::array<NamedMeaning, 10> kMeanings = {{
      ColumnRole::kSpecimen, kImageRank},
     {" frame frameid frameidx frameno framenumber ", ColumnRole::kSpecimen, kFrameRank},
     {" defined ", ColumnRole::kDefined, 0},
+    {" absent ", ColumnRole::kAbsent, 0},
 }};
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kUnits = {{
@@ -244,7 +245,7 @@ bool is_used(const CsvColumns& columns, std::size_t column) {
     return std::find(list.begin(), list.end(), column) != list.end();
   };
   return has(columns.coordinates) || has(columns.specimen) || column == columns.label || column == columns.group ||
-         column == columns.image || column == columns.defined;
+         column == columns.image || column == columns.defined || column == columns.absent;
 }
 
 /// Whether a line is a name and two or three coordinates.
@@ -322,10 +323,11 @@ CsvColumns coordinates_of_header(const std::string& path, const CsvRecord& heade
 CsvColumns columns_of_header(const std::string& path, const std::vector<CsvRecord>& records) {
   const CsvRecord& header = records.front();
   CsvColumns result = coordinates_of_header(path, header);
-  for (const ColumnRole role : {ColumnRole::kGroup, ColumnRole::kDefined})
+  for (const ColumnRole role : {ColumnRole::kGroup, ColumnRole::kDefined, ColumnRole::kAbsent})
     require_one(path, header, find_columns(header, role));
   result.group = find_column(header, ColumnRole::kGroup);
   result.defined = find_column(header, ColumnRole::kDefined);
+  result.absent = find_column(header, ColumnRole::kAbsent);
   require_equal_lengths(path, records);
   choose_names(path, records, result);
   for (std::size_t i = 0; i < header.fields.size(); ++i) {

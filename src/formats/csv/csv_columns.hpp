@@ -78,7 +78,7 @@ std::vector<CsvRecord> first_records(std::string_view text, std::size_t count);
 /// @throws InputError if it is
 void require_short_name(const std::string& path, const CsvRecord& record, const std::string& name);
 
-enum class ColumnRole { kX, kY, kZ, kLabel, kGroup, kSpecimen, kDefined };
+enum class ColumnRole { kX, kY, kZ, kLabel, kGroup, kSpecimen, kDefined, kAbsent };
 
 /// A column by its name. Of several columns with one role, the one of the lowest rank has it.
 struct ColumnMeaning {
@@ -124,6 +124,7 @@ struct CsvColumns {
   std::vector<std::size_t> specimen;  ///< set in a long table: one shape per specimen, which these name together
   std::optional<std::size_t> image;
   std::optional<std::size_t> defined;  ///< 0: the landmark is missing
+  std::optional<std::size_t> absent;   ///< 1: the specimen does not have it
   bool are_numbered = false;           ///< the landmarks, by a column that counts them
   std::vector<std::string> unused;     ///< names of columns that mean nothing here
   std::vector<std::string> notes;      ///< what was chosen by what the columns hold

@@ -59,18 +59,20 @@ struct NamedRole {
   std::string_view name;  ///< of the column that has the role before all others
 };
 
-constexpr std::array<NamedRole, 6> kRoles = {{{"x", ColumnRole::kX, "x"},
+constexpr std::array<NamedRole, 7> kRoles = {{{"x", ColumnRole::kX, "x"},
                                               {"y", ColumnRole::kY, "y"},
                                               {"z", ColumnRole::kZ, "z"},
                                               {"name", ColumnRole::kLabel, "landmark"},
                                               {"specimen", ColumnRole::kSpecimen, "specimen"},
-                                              {"group", ColumnRole::kGroup, "group"}}};
+                                              {"group", ColumnRole::kGroup, "group"},
+                                              {"absent", ColumnRole::kAbsent, "absent"}}};
 
 const NamedRole& role_named(const std::string& key) {
   const auto* const found =
       std::find_if(kRoles.begin(), kRoles.end(), [&](const NamedRole& role) { return role.key == key; });
   if (found != kRoles.end()) return *found;
-  throw InputError(fmt::format("'{}' is not the name of a kind of column; valid: x, y, z, name, specimen, group", key));
+  throw InputError(
+      fmt::format("'{}' is not the name of a kind of column; valid: x, y, z, name, specimen, group, absent", key));
 }
 
 std::string list_columns(const CsvRecord& header) {

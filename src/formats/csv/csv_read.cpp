@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -27,6 +28,18 @@ bool is_undefined(const CsvRecord& record, const CsvColumns& columns) {
   return field == "0" || field == "false";
 }
 
+bool is_absent(const std::string& path, const CsvRecord& record, const CsvColumns& columns) {
+  if (!columns.absent) return false;
+  const std::string field = text::to_lower(record.fields[*columns.absent]);
+  if (text::is_missing(field) || field == "0" || field == "false" || field == "no") return false;
+  if (field == "1" || field == "true" || field == "yes" || field == "absent") return true;
+  text::fail(
+      path, record.line,
+      fmt::format("the column absent has {}; it is 1, true or yes where the specimen does not have the landmark, "
+                  "else 0, false, no or empty",
+                  text::in_quotes(field)));
+}
+
 /// Gathers the lines of one shape.
 class ShapeBuilder {
  public:
@@ -45,6 +58,7 @@ class ShapeBuilder {
       coordinates_.push_back(is_missing ? std::numeric_limits<double>::quiet_NaN() : value);
       ++place.axis;
     }
+    if (is_absent(path_, record, columns_)) add_absent(record);
     if (image_.empty() && columns_.image && names_image(record.fields[*columns_.image]))
       image_ = record.fields[*columns_.image];
     require_new_label(record, group, label);
@@ -62,12 +76,21 @@ class ShapeBuilder {
       shape.labels = std::move(labels_);
     }
     shape.groups = text::unless_all_empty(std::move(groups_));
+    shape.absent = std::move(absent_);
     shape.name = std::move(name_);
     shape.image = std::move(image_);
     return shape;
   }
 
  private:
+  void add_absent(const CsvRecord& record) {
+    const auto dimension = static_cast<std::ptrdiff_t>(columns_.coordinates.size());
+    const auto is_missing = [](double value) { return std::isnan(value); };
+    if (!std::all_of(coordinates_.end() - dimension, coordinates_.end(), is_missing))
+      text::fail(path_, record.line, "the landmark is absent, and has coordinates; write NA in place of these");
+    absent_.push_back(static_cast<int>(labels_.size()));
+  }
+
   void require_new_label(const CsvRecord& record, const std::string& group, const std::string& label) {
     if (label.empty()) return;
     const auto [other, is_new] = line_of_label_.try_emplace({group, label}, record.line);
@@ -86,6 +109,7 @@ class ShapeBuilder {
   std::vector<double> coordinates_;
   std::vector<std::string> labels_;
   std::vector<std::string> groups_;
+  std::vector<int> absent_;
   std::map<std::pair<std::string, std::string>, std::size_t> line_of_label_;
 };
 

@@ -17,10 +17,34 @@
 namespace pulson::formats {
 namespace {
 
-/// The header's end: `x[,y[,z]][,group]`
-void end_header(text::CsvTable& table, int dimension, bool has_groups) {
+/// Which columns follow the coordinates.
+struct LastColumns {
+  bool groups = false;
+  bool absent = false;
+};
+
+LastColumns last_columns(const std::vector<Landmarks>& shapes) {
+  LastColumns columns;
+  for (const Landmarks& shape : shapes) {
+    columns.groups = columns.groups || !shape.groups.empty();
+    columns.absent = columns.absent || !shape.absent.empty();
+  }
+  return columns;
+}
+
+/// The header's end: `x[,y[,z]][,group][,absent]`
+void end_header(text::CsvTable& table, int dimension, const LastColumns& last) {
   for (int axis = 0; axis < dimension; ++axis) table.word(text::kAxisLetters.substr(static_cast<std::size_t>(axis), 1));
-  if (has_groups) table.word("group");
+  if (last.groups) table.word("group");
+  if (last.absent) table.word("absent");
+  table.end_row();
+}
+
+/// A row's end, from the coordinates on.
+void end_row(text::CsvTable& table, const Landmarks& shape, int a, const LastColumns& last) {
+  table.numbers(shape.points.col(a));
+  if (last.groups) table.word(shape.groups.empty() ? "" : shape.groups[static_cast<std::size_t>(a)]);
+  if (last.absent) table.word(std::binary_search(shape.absent.begin(), shape.absent.end(), a) ? "1" : "0");
   table.end_row();
 }
 
@@ -34,13 +58,11 @@ std::string comment_of_frame(const Landmarks& shape) {
 std::string landmarks_csv(const Landmarks& shape) {
   text::CsvTable table;
   if (!shape.labels.empty()) table.word("label");
-  end_header(table, shape.dimension(), !shape.groups.empty());
+  const LastColumns last = last_columns({shape});
+  end_header(table, shape.dimension(), last);
   for (int i = 0; i < shape.count(); ++i) {
-    const auto place = static_cast<std::size_t>(i);
-    if (!shape.labels.empty()) table.word(shape.labels[place]);
-    table.numbers(shape.points.col(i));
-    if (!shape.groups.empty()) table.word(shape.groups[place]);
-    table.end_row();
+    if (!shape.labels.empty()) table.word(shape.labels[static_cast<std::size_t>(i)]);
+    end_row(table, shape, i, last);
   }
   return comment_of_frame(shape) + std::move(table).take();
 }
@@ -92,7 +114,7 @@ class TableShapes {
 
  private:
   static HeldParts held_by(const LandmarkFile& file) {
-    return {.names = file.shapes.size() > 1, .labels = true, .groups = true, .frames = true};
+    return {.names = file.shapes.size() > 1, .labels = true, .groups = true, .frames = true, .absent = true};
   }
 
   void add(const Landmarks& shape) {
@@ -103,6 +125,7 @@ class TableShapes {
     Landmarks& kept = shapes_.emplace_back();
     kept.points = shape.points;
     kept.frame = shape.frame;
+    kept.absent = shape.absent;
     kept.name = as_text(shape.name);
     for (const std::string& label : shape.labels) kept.labels.push_back(as_text(label));
     for (const std::string& group : shape.groups) kept.groups.push_back(as_text(group));
@@ -165,19 +188,17 @@ class TableShapes {
 
 std::string long_table(const std::vector<Landmarks>& shapes) {
   const bool has_labels = std::any_of(shapes.begin(), shapes.end(), [](const auto& s) { return !s.labels.empty(); });
-  const bool has_groups = std::any_of(shapes.begin(), shapes.end(), [](const auto& s) { return !s.groups.empty(); });
+  const LastColumns last = last_columns(shapes);
   text::CsvTable table;
   table.word("specimen");
   if (has_labels) table.word("landmark");
-  end_header(table, shapes.front().dimension(), has_groups);
+  end_header(table, shapes.front().dimension(), last);
   for (const Landmarks& shape : shapes) {
     for (int i = 0; i < shape.count(); ++i) {
       const auto place = static_cast<std::size_t>(i);
       table.word(shape.name);
       if (has_labels) table.word(shape.labels.empty() ? std::to_string(i + 1) : shape.labels[place]);
-      table.numbers(shape.points.col(i));
-      if (has_groups) table.word(shape.groups.empty() ? "" : shape.groups[place]);
-      table.end_row();
+      end_row(table, shape, i, last);
     }
   }
   return comment_of_frame(shapes.front()) + std::move(table).take();

@@ -21,9 +21,9 @@
 namespace pulson::formats {
 namespace {
 
-constexpr std::array<std::string_view, 12> kShapeKeys = {"name",     "points", "labels",     "groups",
-                                                         "image",    "scale",  "properties", "curves",
-                                                         "outlines", "y_down", "frame",      "links"};
+constexpr std::array<std::string_view, 13> kShapeKeys = {"name",  "points",     "labels", "groups",   "image",
+                                                         "scale", "properties", "curves", "outlines", "y_down",
+                                                         "frame", "links",      "absent"};
 constexpr std::array<std::string_view, 3> kFileKeys = {"shapes", "units", "axes"};
 
 // ---- reading
@@ -66,6 +66,18 @@ std::vector<Points> read_lines(const JsonValue& shape, const std::string& key) {
   return lines;
 }
 
+/// Landmarks by their numbers from 1, which have no coordinates.
+std::vector<int> read_absent(const JsonValue& json, const Points& points) {
+  std::set<int> absent;
+  for (const JsonValue& item : json.items()) {
+    const int number = item.count();
+    if (number < 1 || number > points.cols()) item.fail(fmt::format("is no landmark; they are 1 to {}", points.cols()));
+    if (!points.col(number - 1).array().isNaN().all()) item.fail("is absent, and has coordinates");
+    absent.insert(number - 1);
+  }
+  return {absent.begin(), absent.end()};
+}
+
 Landmarks read_shape(const JsonValue& json, std::set<std::string>& unknown) {
   if (!json.value().is_object()) json.fail("is not an object with the key 'points'");
   note_unknown(json, kShapeKeys, unknown);
@@ -85,6 +97,7 @@ Landmarks read_shape(const JsonValue& json, std::set<std::string>& unknown) {
   shape.curves = read_lines(json, "curves");
   shape.outlines = read_lines(json, "outlines");
   if (json.has("links")) shape.links = json.at("links").links(shape.count(), 1);
+  if (json.has("absent")) shape.absent = read_absent(json.at("absent"), shape.points);
   return shape;
 }
 
@@ -148,6 +161,12 @@ Json lines_json(const std::vector<Points>& lines) {
   return json;
 }
 
+Json numbers_from_one(const std::vector<int>& landmarks) {
+  Json json = Json::array();
+  for (const int a : landmarks) json.push_back(a + 1);
+  return json;
+}
+
 Json shape_json(const Landmarks& shape) {
   Json json = Json::object();
   if (!shape.name.empty()) json["name"] = shape.name;
@@ -160,6 +179,7 @@ Json shape_json(const Landmarks& shape) {
   if (!shape.labels.empty()) json["labels"] = shape.labels;
   if (!shape.groups.empty()) json["groups"] = shape.groups;
   if (!shape.links.empty()) json["links"] = links_json(shape.links);
+  if (!shape.absent.empty()) json["absent"] = numbers_from_one(shape.absent);
   if (!shape.curves.empty()) json["curves"] = lines_json(shape.curves);
   if (!shape.outlines.empty()) json["outlines"] = lines_json(shape.outlines);
   return json;
@@ -232,10 +252,10 @@ LandmarkFormat json_format() {
       .name = "json",
       .extensions = {"json"},
       .help =
-          R"({"shapes": [{"name": "a", "points": [[0, 1], [2, null]], "labels": ["tip", "fin"], "groups": ["1", "1"], )"
+          R"({"shapes": [{"name": "a", "points": [[0, 1], [2, null], [null, null]], "labels": ["tip", "fin", "bone"], "groups": ["1", "1", "2"], )"
           R"("image": "a.jpg", "scale": 0.1, "frame": {"y_down": false, "unit_per_pixel": 0.02}, )"
           R"("properties": {"COMMENT": "old"}, "curves": [[[0, 1], [2, 3]]], )"
-          R"("outlines": [], "links": [[1, 2]]}], "units": "mm", "axes": "RAS"}; only points are needed and null is missing; )"
+          R"("outlines": [], "links": [[1, 2]], "absent": [3]}], "units": "mm", "axes": "RAS"}; only points are needed and null is missing; )"
           R"(properties are [["COMMENT", "old"]] where their order matters; also a single shape, its points only, )"
           "a list of such lists, or registration.json as shapes source, target and result",
       .sniff = sniff_json,

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <optional>
 
 #include <fmt/format.h>
@@ -10,6 +9,7 @@
 #include "core/text.hpp"
 #include "formats/csv/csv_columns.hpp"
 #include "formats/shape_options.hpp"
+#include "formats/tables/landmark_lookup.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::formats {
@@ -29,26 +29,6 @@ std::size_t first_column(const std::string& path, const Rows& rows) {
                            text::counted(width, "column")));
   return 0;
 }
-
-/// Landmarks by their labels, or by their numbers where they have other labels.
-class LandmarkNames {
- public:
-  explicit LandmarkNames(const Landmarks& shape) {
-    for (int a = 0; a < shape.count(); ++a) {
-      numbers_.try_emplace(std::to_string(shape.number(a)), a);
-      if (!shape.labels.empty()) labels_.try_emplace(shape.labels[static_cast<std::size_t>(a)], a);
-    }
-  }
-
-  std::optional<int> find(const std::string& name) const {
-    if (const auto label = labels_.find(name); label != labels_.end()) return label->second;
-    const auto number = numbers_.find(name);
-    return number == numbers_.end() ? std::nullopt : std::optional(number->second);
-  }
-
- private:
-  std::map<std::string, int> labels_, numbers_;
-};
 
 /// What a row names.
 struct LinkNames {
@@ -83,7 +63,7 @@ void apply_links(const std::string& path, LandmarkFile& file) {
   const std::vector<LinkNames> rows = read_names(path);
   std::vector<std::string> lacking(rows.size());  // what the first shape without both ends lacks
   for (Landmarks& shape : file.shapes) {
-    const LandmarkNames names(shape);
+    const LandmarkLookup names(shape);
     shape.links.clear();
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const std::optional<int> from = names.find(rows[i].ends[0]), to = names.find(rows[i].ends[1]);

@@ -187,7 +187,7 @@ compare::CohortShapes CompareArguments::read(std::vector<std::string>& notes) co
 compare::CompareOptions CompareArguments::compare_options(const compare::CohortShapes& cohort,
                                                           std::vector<std::string>& notes) const {
   const compare::Cohort about = cohort.cohort();
-  compare::CompareOptions asked = options_about(about.source, notes);
+  compare::CompareOptions asked = options_about(about.source);
   if (constexpr std::size_t kFewest = 3;
       (asked.settings.fit_width || asked.settings.fit_sigma) && cohort.targets.size() < kFewest && simulate.empty()) {
     if (std::exchange(asked.settings.fit_sigma, false))
@@ -203,7 +203,7 @@ compare::CompareOptions CompareArguments::compare_options(const compare::CohortS
   return asked;
 }
 
-compare::CompareOptions CompareArguments::options_about(const Landmarks& about, std::vector<std::string>& notes) const {
+compare::CompareOptions CompareArguments::options_about(const Landmarks& about) const {
   compare::CompareOptions asked = options;
   check_at_least(asked.folds, 0, "--folds");
   check_at_least(asked.forward_samples, 2, "--forward-samples");
@@ -238,11 +238,6 @@ compare::CompareOptions CompareArguments::options_about(const Landmarks& about, 
   const std::string start = open_sigma ? open_sigma->start : of_sigma;
   asked.settings.sigma = start.empty() ? Length::percent(kUsualError).in(diameter(about.points))
                                        : Length::parse(start, "--sigma").in(diameter(about.points));
-  if (!sigma)
-    notes.push_back(
-        fmt::format("sigma {:.3g}, {} of the diameter, is a guess: give --sigma, the digitising error, on which the "
-                    "ranking depends",
-                    asked.settings.sigma.in(0), of_sigma));
   return asked;
 }
 

@@ -51,7 +51,7 @@ struct CompareArguments {
 
  private:
   static std::string open_noise(const std::string& noise);
-  compare::CompareOptions options_about(const Landmarks& source, std::vector<std::string>& notes) const;
+  compare::CompareOptions options_about(const Landmarks& source) const;
 };
 
 }  // namespace pulson

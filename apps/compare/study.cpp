@@ -35,7 +35,7 @@ std::vector<compare::TrueModel> true_models(const CompareArguments& arguments, c
       continue;
     }
     const compare::CohortFit fit = fit_cohort(cohort, noise, quick);
-    models.push_back({fit.noise, fit.lambda, fit.kernel});
+    models.push_back({fit.noise, fit.lambda, fit.kernel, fit.sigma});
   }
   return models;
 }
@@ -44,7 +44,8 @@ std::vector<compare::TrueModel> true_models(const CompareArguments& arguments, c
 Json facts_of(const std::vector<compare::TrueModel>& models, const compare::CohortShapes& shapes) {
   Json rows = Json::array();
   for (const compare::TrueModel& model : models)
-    rows.push_back({{"noise", model.noise.spec()}, {"lambda", model.lambda}, {"kernel", model.kernel}});
+    rows.push_back(
+        {{"noise", model.noise.spec()}, {"lambda", model.lambda}, {"kernel", model.kernel}, {"sigma", model.sigma}});
   return {{"models", std::move(rows)},
           {"has_source", shapes.source.has_value()},
           {"alignment", alignment_name(shapes.alignment)}};
@@ -54,7 +55,7 @@ std::vector<compare::TrueModel> models_of(const Json& facts) {
   std::vector<compare::TrueModel> models;
   for (const Json& model : facts.at("models"))
     models.push_back({model.at("noise").get<std::string>(), model.at("lambda").get<double>(),
-                      model.at("kernel").get<std::string>()});
+                      model.at("kernel").get<std::string>(), model.at("sigma").get<double>()});
   return models;
 }
 

@@ -32,11 +32,15 @@ void require_determined_numbers(const CohortModel& cohort, const std::string& na
 
 }  // namespace
 
-CohortFit fit_cohort(const Cohort& cohort, const NoiseChoice& noise, const CohortSettings& settings) {
+CohortFit fit_cohort(const Cohort& cohort, const NoiseChoice& noise, const CohortSettings& settings,
+                     const CohortFit* none) {
   const SerialBlas serial;
   const CohortModel model(cohort, make_open_noise(noise, cohort.source), settings);
   require_determined_numbers(model, noise.spec());
-  return fit_model(model);
+  if (!model.may_lack_noise()) return fit_model(model);
+  if (none != nullptr) return fit_model(model, none);
+  const CohortFit found = fit_model(CohortModel(cohort, make_open_noise("none", cohort.source), settings));
+  return fit_model(model, &found);
 }
 
 int sufficient_steps(const Cohort& cohort, CohortSettings settings) {

@@ -215,6 +215,29 @@ posterior::Numbers CohortModel::numbers(const VectorXd& x) const {
   return numbers;
 }
 
+bool CohortModel::may_lack_noise() const {
+  const auto d = static_cast<int>(cohort_.source.points.rows()), n = static_cast<int>(cohort_.source.points.cols());
+  const std::vector<NoiseAmplitude> amplitudes = noise_.model->amplitudes(d, n);
+  const auto is_open = [&](const NoiseAmplitude& amplitude) {
+    return amplitude.power == 1 && std::any_of(open_.begin(), open_.end(), [&](const ModelNumber& number) {
+             return number.kind == ModelNumber::Kind::kAmplitude && number.parameter == amplitude.parameter;
+           });
+  };
+  return !amplitudes.empty() && std::all_of(amplitudes.begin(), amplitudes.end(), is_open);
+}
+
+VectorXd CohortModel::place_without_noise(const std::vector<FittedNumber>& of_none) const {
+  VectorXd x = VectorXd::Zero(count());
+  for (Index i = 0; i < count(); ++i) {
+    const ModelNumber& number = open_[at(i)];
+    if (number.kind == ModelNumber::Kind::kAmplitude || number.kind == ModelNumber::Kind::kOther) continue;
+    const auto found = std::find_if(of_none.begin(), of_none.end(),
+                                    [&](const FittedNumber& fitted) { return fitted.name == number.name; });
+    x[i] = number.place(found->value);
+  }
+  return box_.clipped(x);
+}
+
 VectorXd CohortModel::place(const std::vector<double>& values) const {
   VectorXd x(count());
   for (Index i = 0; i < count(); ++i) x[i] = open_[at(i)].place(values[at(i)]);

@@ -63,6 +63,8 @@ class CohortModel {
   const CohortSettings& settings() const { return settings_; }
   const OpenNoise& noise() const { return noise_; }
   const Box& box() const { return box_; }
+  /// Whether nothing is left of the noise where the amplitudes that are fitted are 0.
+  bool may_lack_noise() const;
 
   /// Where momenta and every channel explain equal shares of what varies.
   const Eigen::VectorXd& start() const { return start_; }
@@ -70,6 +72,8 @@ class CohortModel {
   posterior::Specimen::Model model(const Eigen::VectorXd& x) const { return specimens_.front().model(numbers(x)); }
   /// From values of the numbers in the order of open().
   Eigen::VectorXd place(const std::vector<double>& values) const;
+  /// Without noise, at the numbers of a fit of `none` to the same shapes.
+  Eigen::VectorXd place_without_noise(const std::vector<FittedNumber>& of_none) const;
 
   /// Rough matches tell numbers apart that are far from each other; thorough ones are also searched for as `register`
   /// does where a search does not converge to the data of a shape.

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <Eigen/Eigenvalues>
 #include <fmt/core.h>
@@ -237,7 +238,8 @@ void test_against_none(Comparison& comparison, const std::vector<NoiseChoice>& n
     study.shapes = static_cast<int>(comparison.cohort.targets.size());
     study.seed = options.settings.seed;
     study.alignment = comparison.cohort.alignment;
-    drawn = study_recovery(comparison.cohort.source, {{"none", none->fit.lambda, none->fit.kernel}}, noises, study);
+    drawn = study_recovery(comparison.cohort.source, {{"none", none->fit.lambda, none->fit.kernel, none->fit.sigma}},
+                           noises, study);
   }
   const auto place = static_cast<std::size_t>(none - models.begin());
   for (std::size_t i = 0; i < models.size(); ++i) {
@@ -295,6 +297,12 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
       if (number.vanishes && number.name == "lambda")
         notes.push_back(fmt::format(
             "{}: no smooth deformation is detectable (the momenta vanish, lambda is at its upper limit)", model.noise));
+      else if (number.name != "lambda" && comparison.settings.fit_sigma && number.correlation_with_sigma > kConfounded)
+        notes.push_back(
+            fmt::format("{}: {} has the same effect as sigma, which is fitted: the independent variation of landmarks, "
+                        "{:.3g}{}, may "
+                        "be either; only a measured sigma tells them apart, or landmarks that change order",
+                        model.noise, number.name, model.fit.sigma, number.vanishes ? "" : " beside the noise"));
       else if (number.vanishes)
         notes.push_back(fmt::format("{}: the fit sets this noise to zero ({} vanishes)", model.noise, number.name));
       else if (number.name != "lambda" && std::abs(number.correlation_with_sigma) > kConfounded)
@@ -340,12 +348,14 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
   comparison.eigenvalues = basis.eigenvalues;
   std::tie(comparison.observed, comparison.observed_error) =
       spectrum_of(basis, source, complete_targets(comparison.cohort));
+  std::optional<CohortFit> none;
   for (const NoiseChoice& noise : noises) {
     if (options.on_model) options.on_model(static_cast<int>(comparison.models.size()), noise.spec());
     const auto start = std::chrono::steady_clock::now();
     ComparedModel model;
     model.noise = noise.spec();
-    model.fit = fit_cohort(comparison.cohort, noise, same.settings);
+    model.fit = fit_cohort(comparison.cohort, noise, same.settings, none ? &*none : nullptr);
+    if (noise.spec() == "none") none = model.fit;
     sum_up(model, model.fit.sigma);
     const MatrixXd samples =
         aligned_samples(comparison.cohort, shape_problem(comparison.cohort, model.fit, same.settings, 0),

@@ -98,7 +98,7 @@ std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found&
       };
       if (!fitted.vanishes) {
         fitted.log_deviation = (is_lambda ? 1 : 0.5) * errors[i] * (1 + number.unit / v);
-        if (!cohort.settings().fit_sigma) fitted.correlation_with_sigma = correlations[i];
+        fitted.correlation_with_sigma = correlations[i];
       }
       fitted.low = end(is_lambda ? high : low);
       fitted.high = end(is_lambda ? low : high);
@@ -208,9 +208,46 @@ CohortFit record(const CohortModel& cohort, Found found) {
   return fit;
 }
 
+// What is left of a fit that noise does not improve: that of `none`, and the upper ends of the amplitudes.
+CohortFit without_noise(const CohortModel& cohort, CohortFit fit, const CohortFit& none) {
+  const VectorXd x = cohort.place_without_noise(none.fitted);
+  const posterior::Numbers numbers = cohort.numbers(x);
+  std::vector<FittedNumber> fitted = std::move(fit.fitted);
+  const VectorXd correlations = cohort.correlations_with_sigma(cohort.match(x, nullptr));
+  const MatrixXd at_rest = MatrixXd::Zero(fit.shapes.front().increments.rows(), fit.shapes.front().increments.cols());
+  fit = none;
+  fit.noise = numbers.noise->spec();
+  if (cohort.noise().is_own) fit.own_noise = numbers.noise;
+  for (ShapeFit& shape : fit.shapes) shape.increments = at_rest;
+  for (Index i = 0; i < cohort.count(); ++i) {
+    FittedNumber& number = fitted[at(i)];
+    const auto same = std::find_if(none.fitted.begin(), none.fitted.end(),
+                                   [&](const FittedNumber& other) { return other.name == number.name; });
+    if (same != none.fitted.end()) {
+      number = *same;
+      continue;
+    }
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    const bool is_amplitude = cohort.open()[at(i)].is_variance();
+    number.value = cohort.open()[at(i)].value(x[i]);
+    number.log_deviation = kNan;
+    number.correlation_with_sigma = is_amplitude ? correlations[i] : kNan;
+    number.vanishes = is_amplitude;
+    number.low = is_amplitude ? 0 : kNan;
+    if (!is_amplitude) number.high = kNan;
+  }
+  fit.fitted = std::move(fitted);
+  return fit;
+}
+
 }  // namespace
 
-CohortFit fit_model(const CohortModel& cohort) { return record(cohort, find_numbers(cohort)); }
+CohortFit fit_model(const CohortModel& cohort, const CohortFit* none) {
+  if (none == nullptr || !std::isfinite(none->log_evidence)) return record(cohort, find_numbers(cohort));
+  CohortFit fit = record(cohort, find_numbers(cohort, cohort.place_without_noise(none->fitted)));
+  const double error = std::hypot(fit.sampling_error, none->sampling_error);
+  return fit.log_evidence > none->log_evidence + error ? fit : without_noise(cohort, std::move(fit), *none);
+}
 
 CohortFit fit_roughly(const CohortModel& cohort) {
   Found found = find_numbers_roughly(cohort);

@@ -4,8 +4,10 @@
 
 namespace pulson::compare {
 
-/// fit_cohort() of a model, its settings checked.
-CohortFit fit_model(const CohortModel& cohort);
+/// fit_cohort() of a model, its settings checked. A model with no noise as its limit is that limit, to the bits of its
+/// numbers and evidence, unless its evidence is greater by more than the error of both.
+/// @param none the fit of that limit; null: the model has none
+CohortFit fit_model(const CohortModel& cohort, const CohortFit* none = nullptr);
 
 /// The same without intervals, at the greatest evidence of the models linear about the matches: numbers that only
 /// choose the time steps need be no better.

@@ -45,7 +45,7 @@ double distance(const MatrixXd& metric, const VectorXd& x) { return std::sqrt(x.
 
 class Search {
  public:
-  explicit Search(const CohortModel& cohort) : cohort_(cohort) {}
+  explicit Search(const CohortModel& cohort, VectorXd also = {}) : cohort_(cohort), also_(std::move(also)) {}
 
   Found maximum() {
     Found found{first_matches()};
@@ -160,6 +160,12 @@ class Search {
   // several maxima where noise bends the paths.
   std::vector<Matches> candidates(const Matches& first) const {
     std::vector<Matches> all{first};
+    if (also_.size() > 0) try {
+        all.push_back(cohort_.match(also_, nullptr, kThorough));
+        all.push_back(settled(all.back(), cohort_.box(), kTurnsOfWidth));
+      } catch (const NumericalError&) {
+        // no path there with so few time steps
+      }
     std::vector<Index> amplitudes;
     for (Index i = 0; i < cohort_.count(); ++i)
       if (cohort_.open()[at(i)].kind == Kind::kAmplitude) amplitudes.push_back(i);
@@ -275,11 +281,12 @@ class Search {
   }
 
   const CohortModel& cohort_;
+  VectorXd also_;
 };
 
 }  // namespace
 
-Found find_numbers(const CohortModel& cohort) { return Search(cohort).maximum(); }
+Found find_numbers(const CohortModel& cohort, const VectorXd& also) { return Search(cohort, also).maximum(); }
 
 Found find_numbers_roughly(const CohortModel& cohort) { return Search(cohort).rough(); }
 

@@ -21,7 +21,8 @@ struct Found {
 /// The numbers of greatest evidence and their intervals: first those that the models linear about the matches have, by
 /// turns of matches and numbers (M. Lindstrom and D. Bates 1990), from a few widths of the kernel and levels of noise;
 /// from the best of these by Newton's method on the evidence itself.
-Found find_numbers(const CohortModel& cohort);
+/// @param also a place from which they are sought, too; none: of no size
+Found find_numbers(const CohortModel& cohort, const Eigen::VectorXd& also = {});
 
 /// The first of these alone.
 Found find_numbers_roughly(const CohortModel& cohort);

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <limits>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include <fmt/core.h>
@@ -27,6 +28,7 @@ matching::MatchingProblem problem_of(const Cohort& cohort, const TrueModel& trut
   fit.noise = truth.noise.spec();
   if (truth.noise.is_own()) fit.own_noise = truth.noise.make(cohort.source);
   fit.lambda = truth.lambda;
+  fit.sigma = truth.sigma;
   return shape_problem(cohort, fit, settings, 0);
 }
 
@@ -57,8 +59,10 @@ RecoveredCohort fit_all(const Cohort& cohort, const std::vector<NoiseChoice>& ca
                         const CohortSettings& settings) {
   RecoveredCohort recovered{{candidates.size(), {{}, std::numeric_limits<double>::quiet_NaN()}}, -1};
   double score = -std::numeric_limits<double>::infinity();
+  std::optional<CohortFit> none;
   for (std::size_t i = 0; i < candidates.size(); ++i) try {
-      const CohortFit fit = fit_cohort(cohort, candidates[i], settings);
+      const CohortFit fit = fit_cohort(cohort, candidates[i], settings, none ? &*none : nullptr);
+      if (candidates[i].spec() == "none") none = fit;
       recovered.fits[i] = {fit.fitted, fit.log_evidence};
       if (!(fit.score() > score)) continue;
       score = fit.score();
@@ -88,9 +92,11 @@ RecoveryStudy::RecoveryStudy(const Landmarks& source, const std::vector<TrueMode
     problems_.push_back(problem_of(alone, truth, settings));
     RecoveryRow row{truth, std::vector<int>(candidates.size()), {}, 0, 0, 0};
     const double with = mean_square(draw_shapes(problems_.back(), kSamples, options.seed).ends, source.points);
-    const double without = mean_square(
-        draw_shapes(problem_of(alone, {"none", truth.lambda, truth.kernel}, settings), kSamples, options.seed).ends,
-        source.points);
+    const double without =
+        mean_square(draw_shapes(problem_of(alone, {"none", truth.lambda, truth.kernel, truth.sigma}, settings),
+                                kSamples, options.seed)
+                        .ends,
+                    source.points);
     row.noise_share = 1 - without / with;
     row.displacement = std::sqrt(with);
     rows_.push_back(std::move(row));

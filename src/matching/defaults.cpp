@@ -28,7 +28,7 @@ std::vector<TaskDefaults> make_table() {
   const TaskDefaults comparison{
       "compare",
       {"gaussian:alpha=fit", "each model has its own width, from one family, so that they are compared by their noise"},
-      {"1%", "of landmarks placed by hand: where it is fitted some searches do not converge yet"},
+      fitted,
       fitted,
       {"variational-2", "of second order, symplectic, for every noise"},
       {"auto", "so many that the ends are exact to a tenth of sigma"},

@@ -51,7 +51,7 @@ struct FittedNumber {
                              ///< curvature where there is none); NaN where it vanishes or is not determined by the data
   bool vanishes = false;     ///< the evidence is greatest at amplitude 0, or at λ = ∞
   /// Correlation with the logarithm of σ if σ were fitted too and all other parameters known, from Fisher's
-  /// information: ±1 where the data cannot distinguish the two. NaN where it vanishes.
+  /// information: ±1 where the data cannot distinguish the two.
   double correlation_with_sigma = 0;
   /// Interval of 90 %: where the evidence, maximised over the other numbers, is at most 1.35 nats below its maximum,
   /// less near a bound; wider by what the samples leave uncertain. NaN where the deviation is, unless the number
@@ -130,8 +130,12 @@ struct CohortFit {
 /// much.
 /// @param noise a specification without the parameters to be fitted, or a model, whose parameters are all kept; "none"
 /// is the geodesic
+/// A noise whose amplitudes are all fitted has `none` as its limit: it is searched for from there, too, and unless its
+/// evidence is greater than that of `none` by more than the standard error of both, the fit is that of `none`.
+/// @param none the fit of "none" with the same settings, where it is known
 /// @throws InputError where an option is wrong or a parameter to be fitted has no initial value
-CohortFit fit_cohort(const Cohort& cohort, const NoiseChoice& noise, const CohortSettings& settings);
+CohortFit fit_cohort(const Cohort& cohort, const NoiseChoice& noise, const CohortSettings& settings,
+                     const CohortFit* none = nullptr);
 
 /// The least of 5, 10, 20, 40 and 80 time steps with which the ends of the geodesics that match the shapes are exact to
 /// a tenth of σ, root mean square over the coordinates of each shape, beside those shot with twice the steps, and the

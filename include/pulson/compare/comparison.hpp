@@ -133,6 +133,7 @@ struct TrueModel {
   NoiseChoice noise = "none";  ///< complete
   double lambda = 0;           ///< 1/variance of the momenta: must be given
   std::string kernel{};        ///< empty: that of the settings
+  double sigma = 0;            ///< of an observed coordinate, length units; 0: that of the settings
 };
 
 struct RecoveryOptions {

@@ -54,6 +54,8 @@ const Facts<ModelRow>& model_facts() {
        [](const R& r) { return r.model->p_value; }},
       {"noise_share", "noise share", "fraction of the variance of the end points due to the noise", "{:.0f} %",
        [](const R& r) { return r.model->fit.noise_share; }, 100},
+      {"greatest_noise_share", "at most", "upper end of the interval of 90 % of the noise share", "{:.0f} %",
+       [](const R& r) { return r.model->fit.greatest_noise_share; }, 100},
       {"fitted", "fitted", "the fitted numbers", "", [](const R& r) { return fitted_texts(r.model->fit); }},
       {"converged", "converged", "whether the fit converged", "", [](const R& r) { return r.model->fit.converged; }},
       {"rms", "rms", "root mean square distance of a landmark from its target, length units, mean of a shape", "{:.3g}",

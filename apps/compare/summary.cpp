@@ -44,6 +44,39 @@ bool is_geodesic(const compare::CohortFit& fit) {
   return !has_noise;
 }
 
+// Where σ is fitted, too, a noise of the same effect is a part of it.
+bool is_part_of_sigma(const compare::Comparison& comparison, const compare::CohortFit& fit) {
+  constexpr double kConfounded = 0.9;  // as in the note of it
+  return comparison.settings.fit_sigma &&
+         std::any_of(fit.fitted.begin(), fit.fitted.end(), [](const compare::FittedNumber& number) {
+           return number.name != "lambda" && number.correlation_with_sigma > kConfounded;
+         });
+}
+
+// Shapes that would show that noise has less than `share`: the error of a variance falls as their number's root.
+std::string shapes_needed(std::size_t shapes, double greatest, double share) {
+  const double needed = static_cast<double>(shapes) * std::pow(greatest / share, 2);
+  const double digit = std::pow(10, std::floor(std::log10(needed)));
+  return fmt::format("{:.0f}", std::ceil(needed / digit) * digit);
+}
+
+std::string verdict_of_geodesic(const compare::Comparison& comparison) {
+  constexpr double kEnough = 0.1;  // of the variance
+  const compare::ComparedModel* widest = nullptr;
+  for (const compare::ComparedModel& model : comparison.models)
+    if (!is_part_of_sigma(comparison, model.fit) &&
+        (widest == nullptr || model.fit.greatest_noise_share > widest->fit.greatest_noise_share))
+      widest = &model;
+  const double greatest = widest == nullptr ? 0 : widest->fit.greatest_noise_share;
+  if (greatest == 0) return "the geodesic is enough: no noise model explains these shapes better";
+  const std::string limit =
+      fmt::format("{:.0f} % of the variance ({})", 100 * greatest, widest->noise.substr(0, widest->noise.find(':')));
+  if (greatest <= kEnough) return fmt::format("the geodesic is enough: noise has at most {}", limit);
+  const std::size_t shapes = comparison.cohort.targets.size();
+  return fmt::format("no noise is found, but {} cannot exclude noise of up to {}; about {} could",
+                     counted(shapes, "shape"), limit, shapes_needed(shapes, greatest, kEnough));
+}
+
 using Rows = std::vector<std::vector<std::string>>;
 
 // Specifications of noise in the first column without digits that are not read.
@@ -55,7 +88,9 @@ Rows with_short_names(Rows rows) {
 void print_fitted(const compare::ComparedModel& model) {
   print_text("{}", padded("  " + shortened_spec(model.noise), 30));
   for (const compare::FittedNumber& fitted : model.fit.fitted) print_text("{}  ", fitted_text(fitted));
-  print_text("noise {:.0f} % of the variance\n", 100 * model.fit.noise_share);
+  print_text("noise {:.0f} % of the variance", 100 * model.fit.noise_share);
+  if (model.fit.greatest_noise_share > 0) print_text(", at most {:.2g} %", 100 * model.fit.greatest_noise_share);
+  print_text("\n");
 }
 
 }  // namespace
@@ -90,7 +125,7 @@ std::string verdict(const compare::Comparison& comparison) {
   const compare::CohortFit& fit = rows.front().model->fit;
   const auto vanishes = [](const compare::FittedNumber& number) { return number.vanishes && number.name == "lambda"; };
   if (is_geodesic(fit) && std::any_of(fit.fitted.begin(), fit.fitted.end(), vanishes)) return kNothingToTell;
-  if (is_geodesic(fit)) return "the geodesic is enough: no noise model explains these shapes better";
+  if (is_geodesic(fit)) return verdict_of_geodesic(comparison);
   if (equal.empty()) return fmt::format("these shapes are best explained by {}", shortened_spec(best));
   return fmt::format("these shapes favour {}, but do not distinguish it from {}", shortened_spec(best),
                      fmt::join(equal, ", "));

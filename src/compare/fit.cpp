@@ -9,6 +9,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "core/text.hpp"
+#include "noise_range.hpp"
 #include "number_search.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
@@ -28,10 +29,6 @@ using posterior::Specimen;
 constexpr double kLeastInformation = 0.1;
 
 constexpr double kNinety = 1.645;  // deviations of a normal distribution on each side, 90 %
-
-// Variance of the end points, in units of σ², below which neither momenta nor noise show: of numbers that vanish it is
-// 6 millionths each.
-constexpr double kDetectable = 100 * kNegligible;
 
 // Standard deviations of numbers of this information; NaN for those that it does not identify.
 VectorXd deviations(const MatrixXd& information) {
@@ -193,18 +190,15 @@ CohortFit record(const CohortModel& cohort, Found found) {
     });
     enough = std::count(are_enough.begin(), are_enough.end(), 1) > 0;
   }
-  double of_momenta = 0, of_noise = 0;
   for (int s = 0; s < shapes; ++s) {
     const ShapeFit& shape = fit.shapes[at(s)];
     fit.coordinates += shape.coordinates;
     fit.log_evidence += shape.log_evidence;
     fit.sampling_error = std::hypot(fit.sampling_error, std::sqrt(shape.variance));
     if (shape.samples > 0) fit.effective_part = std::min(fit.effective_part, shape.effective_samples / shape.samples);
-    const LinearAt linear(*matches.minima[at(s)].linear, matches.model);
-    of_momenta += linear.momentum_share();
-    of_noise += linear.noise_share();
   }
-  fit.noise_share = of_noise + of_momenta > kDetectable * fit.coordinates ? of_noise / (of_noise + of_momenta) : 0;
+  fit.noise_share = noise_share(cohort, matches, matches.x);
+  fit.greatest_noise_share = std::max(fit.noise_share, greatest_noise_share(cohort, matches));
   return fit;
 }
 
@@ -213,9 +207,11 @@ CohortFit without_noise(const CohortModel& cohort, CohortFit fit, const CohortFi
   const VectorXd x = cohort.place_without_noise(none.fitted);
   const posterior::Numbers numbers = cohort.numbers(x);
   std::vector<FittedNumber> fitted = std::move(fit.fitted);
-  const VectorXd correlations = cohort.correlations_with_sigma(cohort.match(x, nullptr));
+  const Matches matches = cohort.match(x, nullptr);
+  const VectorXd correlations = cohort.correlations_with_sigma(matches);
   const MatrixXd at_rest = MatrixXd::Zero(fit.shapes.front().increments.rows(), fit.shapes.front().increments.cols());
   fit = none;
+  fit.greatest_noise_share = greatest_noise_share(cohort, matches);
   fit.noise = numbers.noise->spec();
   if (cohort.noise().is_own) fit.own_noise = numbers.noise;
   for (ShapeFit& shape : fit.shapes) shape.increments = at_rest;

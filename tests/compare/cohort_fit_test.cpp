@@ -131,6 +131,26 @@ TEST(FitCohort, OfANoiseThatVanishesIsThatOfTheGeodesic) {
   EXPECT_EQ(fit_cohort(cohort, "trouve-vialard", settings).log_evidence, fit.log_evidence);
 }
 
+// The upper end is where the evidence of fits with that much noise has fallen by 0.821 nats: twice that is exceeded by
+// χ² of one degree with probability 0.2, and at a bound by half as many cohorts. The share is that of β² beside 1/λ.
+TEST(FitCohort, SaysHowMuchNoiseIsNotExcluded) {
+  CohortSettings settings = cohort_settings();
+  settings.lambda = kLambda;
+  const Cohort cohort = drawn_from("none", 14, 10);
+  const CohortFit fit = fit_cohort(cohort, "ch-sd", settings);
+  ASSERT_TRUE(fitted_number(fit, "beta").vanishes);
+  const double greatest = fit_cohort(cohort, "none", settings).log_evidence;
+  double low = 0, high = 0.1;
+  for (int count = 0; count < 12; ++count) {
+    const double beta = (low + high) / 2;
+    const double drop = greatest - fit_cohort(cohort, "ch-sd:beta=" + std::to_string(beta), settings).log_evidence;
+    (drop < 0.821 ? low : high) = beta;
+  }
+  const double of_noise = low * low, of_momenta = 1 / kLambda;
+  EXPECT_NEAR(fit.greatest_noise_share / (of_noise / (of_noise + of_momenta)), 1, 0.1);
+  EXPECT_EQ(fit_cohort(cohort, "none", settings).greatest_noise_share, 0);
+}
+
 // Constant noise on each landmark acts on the ends as the error of digitising does: together they are one number.
 TEST(FitCohort, DoesNotTellIndependentNoiseFromAFittedError) {
   CohortSettings settings = cohort_settings();

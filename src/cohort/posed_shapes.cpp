@@ -96,11 +96,10 @@ PosedShapes::PosedShapes(Points mean, AlignmentKind alignment, const MatrixXd& c
       noise_(noise) {}
 
 // Regular.
-MatrixXd PosedShapes::covariance_of(const VectorXd& precisions) const {
+MatrixXd PosedShapes::covariance_of(const VectorXd& precisions, const std::vector<Index>& observed) const {
   MatrixXd all = with_poses(covariance_, directions_);
-  for (Index a = 0; a < precisions.size(); ++a)
-    if (precisions[a] > 0)
-      all.diagonal().segment(a * mean_.rows(), mean_.rows()).array() += noise_ * (1 / precisions[a] - 1);
+  if (precisions.size() == 0) return all;
+  for (const Index place : observed) all(place, place) += noise_ * (1 / precisions[place / mean_.rows()] - 1);
   return all;
 }
 
@@ -108,7 +107,7 @@ PosedShapes::Conditional PosedShapes::condition(const Points& placed, const Vect
   const Points counted = with_those_that_count(placed, precisions);
   Conditional found{places_of(counted, true), places_of(counted, false), {}, {}, {}, {}, {}, 0};
   const std::vector<Index>&observed = found.observed, &missing = found.missing;
-  const MatrixXd all = covariance_of(precisions);
+  const MatrixXd all = covariance_of(precisions, observed);
   const PoseEstimate estimate(all, directions_, observed);
   const VectorXd displacement = (placed - mean_).reshaped()(observed);
   found.pose = estimate.pose(displacement);
@@ -132,7 +131,7 @@ Alignment PosedShapes::placing(const Points& given, const VectorXd& precisions) 
   if (alignment_ == AlignmentKind::kNone) return map;
   const std::vector<Index> observed = places_of(shape, true);
   const bool is_complete = std::ssize(observed) == mean_.size() && precisions.size() == 0;  // then (ZᵀV⁻¹Z)⁻¹ZᵀV⁻¹ = Zᵀ
-  const MatrixXd all = is_complete ? MatrixXd(0, 0) : covariance_of(precisions);
+  const MatrixXd all = is_complete ? MatrixXd(0, 0) : covariance_of(precisions, observed);
   const std::optional<PoseEstimate> estimate =
       is_complete ? std::nullopt : std::optional<PoseEstimate>(std::in_place, all, directions_, observed);
   for (int round = 0; round < kMostPlacings; ++round) {

@@ -51,7 +51,7 @@ class PosedShapes {
   double noise() const { return noise_; }                            ///< σ²
 
  private:
-  Eigen::MatrixXd covariance_of(const Eigen::VectorXd& precisions) const;
+  Eigen::MatrixXd covariance_of(const Eigen::VectorXd& precisions, const std::vector<Eigen::Index>& observed) const;
 
   Points mean_;
   AlignmentKind alignment_;

@@ -21,6 +21,8 @@ struct AtlasArguments {
   std::string lambda = matching::atlas_defaults().lambda.value;
   std::string sigma = matching::atlas_defaults().sigma.value;
   std::string noise = "none";
+  std::string loss;  ///< NAME[:K], or empty
+  bool robust = false;
   std::string align = matching::atlas_defaults().align.value;
   std::string covariate;   ///< FILE:COLUMN, or empty
   std::string groups;      ///< FILE:COLUMN or a property that the file has, or empty

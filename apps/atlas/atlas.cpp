@@ -62,7 +62,7 @@ struct Files {
         complete("complete", "complete.csv"),
         names{"atlas.json",    template_file.name, "momenta.npy",           "momenta.csv", aligned.name,
               "specimens.csv", "scores.csv",       "procrustes_scores.csv", "modes.csv"} {
-    if (arguments.options.robust || std::any_of(shapes.begin(), shapes.end(), misses_landmarks)) {
+    if (arguments.robust || !arguments.loss.empty() || std::any_of(shapes.begin(), shapes.end(), misses_landmarks)) {
       names.emplace_back("predicted.csv");
       names.push_back(complete.name);
     }
@@ -88,7 +88,7 @@ std::vector<double> shown_values(const AtlasArguments& arguments, const Eigen::V
 // With suspects missing.
 std::vector<Landmarks> without_suspects(const cohort::Atlas& atlas, std::vector<Landmarks> shapes) {
   for (std::size_t i = 0; i < shapes.size(); ++i)
-    for (const int a : atlas.specimens[i].suspects) shapes[i].points.col(a).setConstant(text::kMissing);
+    for (const int a : atlas.specimens[i].suspects()) shapes[i].points.col(a).setConstant(text::kMissing);
   return shapes;
 }
 

@@ -41,7 +41,8 @@ Json specimen_json(const SpecimenRow& row) {
   Json json{{"name", results.names[i]}, {"source", specimen.shape.source}};
   for (const Fact<SpecimenRow>& fact : specimen_facts())
     if (fact.key != "specimen") add_fact(json, fact.key, fact.value(row));
-  for (const int a : specimen.suspects) json["suspects"].push_back(a + 1);
+  if (specimen.weights.size() > 0) json["weights"] = number_list(specimen.weights);
+  for (const int a : specimen.suspects()) json["suspects"].push_back(a + 1);
   if (!results.groups.empty()) json["group"] = results.groups[i];
   if (!results.covariate.empty() && std::isfinite(results.covariate[i]))
     json[results.covariate_name] = results.covariate[i];
@@ -102,6 +103,7 @@ std::string atlas_json(const AtlasResults& results) {
   const cohort::Atlas& atlas = results.atlas;
   Json json;
   for (const Fact<AtlasResults>& fact : atlas_facts()) add_fact(json, fact.key, fact.value(results));
+  if (!atlas.loss.empty()) json["loss"] = atlas.loss;
   json["template"] = landmarks(atlas.template_shape.points);
   json["specimens"] = Json::array();
   json["modes"] = {{"eigenvalues", number_list(results.modes.eigenvalues)}, {"scores", rows_of(results.modes.scores)}};

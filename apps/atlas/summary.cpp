@@ -19,6 +19,20 @@ std::string shares(const cohort::ShapeModes& modes) {
   return fmt::format("{} of the variance", fmt::join(texts, ", "));
 }
 
+// Of all shapes; the notes have their names.
+void print_suspects(const cohort::Atlas& atlas) {
+  if (atlas.loss.empty()) return;
+  std::int64_t landmarks = 0, shapes = 0;
+  for (const cohort::AtlasSpecimen& specimen : atlas.specimens) {
+    landmarks += std::ssize(specimen.suspects());
+    shapes += specimen.suspects().empty() ? 0 : 1;
+  }
+  print_text(
+      "suspects    {}, by loss {}\n",
+      landmarks == 0 ? "none" : fmt::format("{} of {}", counted(landmarks, "landmark"), counted(shapes, "shape")),
+      atlas.loss);
+}
+
 }  // namespace
 
 void print_atlas(const AtlasResults& results) {
@@ -32,6 +46,7 @@ void print_atlas(const AtlasResults& results) {
              atlas.converged ? "converged" : "NOT CONVERGED");
   print_text("model       {}{}, lambda {:.4g}{}, sigma {:.4g}{}\n", atlas.kernel.spec(4), origin(atlas.fitted_kernel),
              atlas.lambda, origin(atlas.fitted_lambda), atlas.sigma, origin(atlas.fitted_sigma));
+  print_suspects(atlas);
   print_text("rms         median {:.4g}, largest {:.4g}; exp(log) error {:.2g} diameters\n", rms[rms.size() / 2],
              rms.back(), atlas.exp_log_error());
   print_text("modes       {}; of Procrustes coordinates {}\n", shares(results.modes), shares(results.procrustes.modes));

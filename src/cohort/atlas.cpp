@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -17,7 +18,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/registration.hpp"
-#include "suspects.hpp"
+#include "robust_model.hpp"
 #include "template_search.hpp"
 
 namespace pulson::cohort {
@@ -28,8 +29,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMostFits = 30;
-constexpr int kFewestObserved = 4;    // landmarks that a shape keeps, beyond those that the alignment takes
-constexpr double kFitSettled = 1e-2;  // change of K/λ + σ², of its size: as exact as the search for its parameters
+constexpr double kFitSettled = 1e-2;  // difference() of fits: as exact as the search for their parameters
 
 AlignmentKind alignment_of(const std::vector<Landmarks>& shapes, const AtlasOptions& options) {
   if (options.align) return *options.align;
@@ -89,18 +89,15 @@ CohortDisplacements fitted_model(Atlas& atlas, const CohortFitOptions& fit) {
   Points mean = atlas.mean.points;
   CohortDisplacements model = fit_cohort_displacements(filled(placed, mean), {}, fit);
   const bool is_complete = std::all_of(placed.begin(), placed.end(), [](const Points& p) { return p.allFinite(); });
-  MatrixXd covariance =
-      is_complete ? MatrixXd() : displacement_covariance(model.kernel, model.lambda, model.sigma, mean);
   for (int round = 0; !is_complete && round < kMostFits; ++round) {
-    const PosedShapes law(mean, atlas.alignment, covariance);
+    const PosedShapes law(mean, atlas.alignment,
+                          displacement_covariance(model.kernel, model.lambda, model.sigma, mean));
     ExpectedShapes expected = expected_shapes(law, placed);
     mean = updated_mean(law, expected.complete, atlas.alignment);
     placed = std::move(expected.placed);
-    model = fit_cohort_displacements(expected.complete, expected.uncertain, fit);
-    const MatrixXd next = displacement_covariance(model.kernel, model.lambda, model.sigma, mean);
-    const double change = (next - covariance).norm() / next.norm();
-    covariance = next;
-    if (change <= kFitSettled) break;
+    const CohortDisplacements before =
+        std::exchange(model, fit_cohort_displacements(expected.complete, expected.uncertain, fit));
+    if (difference(before, model, mean) <= kFitSettled) break;
   }
   for (std::size_t i = 0; i < placed.size(); ++i) atlas.specimens[i].shape.points = placed[i];
   return model;
@@ -132,29 +129,64 @@ void require_determined_model(Atlas& atlas, CohortFitOptions& fit) {
   require_determined_parameters("lambda is", open(), coordinates, "give it as a number, or more shapes");
 }
 
-// Kernel, λ and σ, where they are not given.
-void fit_model(Atlas& atlas, const AtlasOptions& options) {
+// What is given of the model, with numbers in length units.
+CohortFitOptions given_of_model(Atlas& atlas, const AtlasOptions& options) {
   CohortFitOptions fit{{}, options.lambda, {}, atlas.alignment};
   const double size = diameter(atlas.mean.points);
   if (options.kernel) fit.kernel = options.kernel->make(atlas.mean.points);
   if (options.sigma) fit.sigma = options.sigma->in(size);
   if (fit.sigma && !(*fit.sigma >= 0))
     throw InputError(fmt::format("sigma is {}; it must be 0 or greater", *fit.sigma));
+  if (options.loss && fit.sigma && *fit.sigma == 0)
+    throw InputError("sigma is 0; a robust loss needs one that is greater than 0, or fitted");
   require_determined_model(atlas, fit);
-  const CohortDisplacements model = fitted_model(atlas, fit);
-  atlas.kernel = model.kernel;
-  atlas.lambda = model.lambda;
-  atlas.sigma = model.sigma;
   atlas.fitted_kernel = !fit.kernel;
   atlas.fitted_lambda = !fit.lambda;
   atlas.fitted_sigma = !fit.sigma;
-  atlas.beta = options.beta.in(size);
+  return fit;
+}
+
+// The mean of the expected shapes, and the shapes where these lie.
+void place_by_expected(Atlas& atlas, std::vector<Landmarks> shapes, const std::vector<Points>& expected) {
+  std::vector<Points> given;
+  for (std::size_t i = 0; i < shapes.size(); ++i) given.push_back(std::exchange(shapes[i].points, expected[i]));
+  atlas.mean = procrustes_mean(shapes, atlas.alignment);
+  for (std::size_t i = 0; i < shapes.size(); ++i)
+    atlas.specimens[i].shape.points = inverted(align(atlas.mean.points, expected[i], atlas.alignment)).apply(given[i]);
+}
+
+// Weights, and the model by these: at first by Tukey's loss and the scale of the median of all t², from the fit without
+// weights, in which wrong landmarks make σ and the mean large; then by this loss and the scale of the fit.
+CohortDisplacements robustly_fitted(Atlas& atlas, const std::vector<Landmarks>& shapes, const AtlasOptions& options,
+                                    CohortDisplacements model) {
+  std::vector<Points> given;
+  for (const Landmarks& shape : shapes) given.push_back(shape.points);
+  RobustShapes robust(matching::RobustLoss{}, atlas.mean.points, given.size());
+  place_by_expected(atlas, shapes,
+                    settle(robust, given, atlas.mean.points, given_of_model(atlas, options), std::nullopt, model));
+  robust.take(*options.loss);
+  settle(robust, given, atlas.mean.points, given_of_model(atlas, options), 1, model);
+  atlas.loss = loss_spec(*options.loss, atlas.mean.points.rows());
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    atlas.specimens[i].weights = robust.weights()[i];
+    atlas.specimens[i].precisions = robust.precision(i);
+  }
+  return model;
+}
+
+// Kernel, λ and σ, where they are not given.
+void fit_model(Atlas& atlas, const std::vector<Landmarks>& shapes, const AtlasOptions& options) {
+  CohortDisplacements model = fitted_model(atlas, given_of_model(atlas, options));
+  if (options.loss) model = robustly_fitted(atlas, shapes, options, model);
+  atlas.kernel = model.kernel;
+  atlas.lambda = model.lambda;
+  atlas.sigma = model.sigma;
+  atlas.beta = options.beta.in(diameter(atlas.mean.points));
   if (!(atlas.beta >= 0)) throw InputError(fmt::format("beta is {}; it must be 0 or greater", atlas.beta));
 }
 
 // Mean, poses and model.
 void place_and_fit(Atlas& atlas, const std::vector<Landmarks>& shapes, const AtlasOptions& options) {
-  atlas.notes.clear();
   atlas.mean = procrustes_mean(shapes, atlas.alignment);
   refuse_coincident(atlas.mean);
   if (const std::vector<int> alone = placed_as_given(shapes, atlas.alignment); !alone.empty())
@@ -163,44 +195,16 @@ void place_and_fit(Atlas& atlas, const std::vector<Landmarks>& shapes, const Atl
         "beside these is taken from one shape's coordinates as they are",
         all_listed(shapes.front(), alone)));
   atlas.specimens = aligned_with(atlas.mean, shapes, atlas.alignment);
-  fit_model(atlas, options);
+  fit_model(atlas, shapes, options);
 }
 
-bool has_enough(const Points& points, AlignmentKind alignment) {
-  const Index d = points.rows();
-  return std::ssize(places_of(points, true)) > alignment_parameters(alignment, d) + d * kFewestObserved;
-}
-
-// Marks one more landmark of each shape that has a suspect. @return whether there was one
-bool mark_suspects(const Atlas& atlas, std::vector<Landmarks>& shapes, std::vector<std::vector<int>>& suspects) {
-  std::vector<Points> placed;
-  for (const AtlasSpecimen& specimen : atlas.specimens) placed.push_back(specimen.shape.points);
-  const MatrixXd covariance = displacement_covariance(atlas.kernel, atlas.lambda, atlas.sigma, atlas.mean.points);
-  const std::vector<int> found = find_suspects(PosedShapes(atlas.mean.points, atlas.alignment, covariance), placed);
-  bool any = false;
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
-    if (found[i] < 0 || !has_enough(placed[i], atlas.alignment)) continue;
-    shapes[i].points.col(found[i]).setConstant(text::kMissing);
-    suspects[i].push_back(found[i]);
-    any = true;
-  }
-  return any;
-}
-
-// Fits without suspects, which are found anew, at most one of each shape, until there are none: a wrong landmark makes
-// those around it look wrong, and widens the law by which they are judged.
-void fit_robust_model(Atlas& atlas, std::vector<Landmarks> shapes, const AtlasOptions& options) {
-  std::vector<std::vector<int>> suspects(shapes.size());
-  do place_and_fit(atlas, shapes, options);
-  while (mark_suspects(atlas, shapes, suspects));
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
-    std::sort(suspects[i].begin(), suspects[i].end());
-    atlas.specimens[i].suspects = suspects[i];
-    if (!suspects[i].empty())
-      atlas.notes.push_back(fmt::format(
-          "{}: {} {} wrong; taken as missing: {}", shapes[i].source, text::counted(suspects[i].size(), "landmark"),
-          suspects[i].size() == 1 ? "looks" : "look", all_listed(shapes[i], suspects[i])));
-  }
+void note_suspects(Atlas& atlas) {
+  for (const AtlasSpecimen& specimen : atlas.specimens)
+    if (const std::vector<int> suspects = specimen.suspects(); !suspects.empty())
+      atlas.notes.push_back(fmt::format("{}: {} {} wrong, of a weight below {}: {}", specimen.shape.source,
+                                        text::counted(suspects.size(), "landmark"),
+                                        suspects.size() == 1 ? "looks" : "look", matching::kSuspectWeight,
+                                        all_listed(specimen.shape, suspects)));
 }
 
 }  // namespace
@@ -208,10 +212,24 @@ void fit_robust_model(Atlas& atlas, std::vector<Landmarks> shapes, const AtlasOp
 VectorXd AtlasSpecimen::distances() const { return (result - shape.points).colwise().norm().transpose(); }
 
 double AtlasSpecimen::rms() const {
+  const VectorXd all = distances(), of = weights.size() > 0 ? weights : VectorXd::Ones(all.size());
   double sum = 0, count = 0;
-  for (const double distance : distances())
-    if (std::isfinite(distance)) sum += distance * distance, count += 1;
+  for (Index a = 0; a < all.size(); ++a)
+    if (std::isfinite(all[a])) sum += of[a] * all[a] * all[a], count += of[a];
   return std::sqrt(sum / count);
+}
+
+std::vector<int> AtlasSpecimen::suspects() const {
+  std::vector<int> found;
+  for (int a = 0; a < static_cast<int>(weights.size()); ++a)
+    if (weights[a] < matching::kSuspectWeight) found.push_back(a);
+  return found;
+}
+
+Points AtlasSpecimen::without_suspects() const {
+  Points points = shape.points;
+  for (const int a : suspects()) points.col(a).setConstant(text::kMissing);
+  return points;
 }
 
 MatrixXd Atlas::metric() const {
@@ -239,10 +257,8 @@ Atlas make_atlas(const std::vector<Landmarks>& shapes, const AtlasOptions& optio
   Atlas atlas;
   atlas.alignment = alignment_of(shapes, options);
   atlas.steps = options.steps;
-  if (options.robust)
-    fit_robust_model(atlas, shapes, options);
-  else
-    place_and_fit(atlas, shapes, options);
+  place_and_fit(atlas, shapes, options);
+  note_suspects(atlas);
   atlas.template_shape = atlas.mean;
   atlas.template_shape.name = "template";
   search_template(atlas, options);

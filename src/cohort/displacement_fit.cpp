@@ -1,5 +1,6 @@
 #include "displacement_fit.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -123,6 +124,13 @@ CohortDisplacements fit_cohort_displacements(const std::vector<Points>& shapes, 
   const double t = tau.value_or(std::exp(log_tau));
   const double variance = variance_at(DisplacementLikelihood(kernel, data), t, options);
   return {kernel, 1 / variance, options.sigma.value_or(std::sqrt(t * variance)), best};
+}
+
+double difference(const CohortDisplacements& first, const CohortDisplacements& second, const Points& mean) {
+  const MatrixXd before = first.kernel.gram(mean, mean), after = second.kernel.gram(mean, mean);
+  const double of_sigma = first.sigma == second.sigma ? 0 : std::abs(std::log(second.sigma / first.sigma));
+  return std::max(
+      {(after - before).norm() / before.norm(), std::abs(std::log(second.lambda / first.lambda)), of_sigma});
 }
 
 MatrixXd displacement_covariance(const KernelOperator& kernel, double lambda, double sigma, const Points& mean) {

@@ -38,6 +38,10 @@ struct CohortDisplacements {
 CohortDisplacements fit_cohort_displacements(const std::vector<Points>& shapes, const Eigen::MatrixXd& uncertain,
                                              const CohortFitOptions& options);
 
+/// How far two fits of a cohort with this mean differ: the largest of |log λ'/λ|, |log σ'/σ| and the change of K, of
+/// its size. That of K/λ + σ² would not show a σ that is small.
+double difference(const CohortDisplacements& first, const CohortDisplacements& second, const Points& mean);
+
 /// K/λ + σ² on each axis, dN×dN, regular.
 Eigen::MatrixXd displacement_covariance(const KernelOperator& kernel, double lambda, double sigma, const Points& mean);
 

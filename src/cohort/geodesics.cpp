@@ -50,18 +50,20 @@ TemplateMetric::TemplateMetric(const KernelOperator& kernel, double nugget, doub
   gram_.diagonal().array() += nugget;
 }
 
-MatchModel::MatchModel(const TemplateMetric& metric, std::vector<Index> observed)
+MatchModel::MatchModel(const TemplateMetric& metric, std::vector<Index> observed, const VectorXd& precisions)
     : metric_(&metric),
       observed_(std::move(observed)),
       missing_(others(metric.gram().cols(), observed_)),
-      scale_(metric.gram().cwiseAbs().maxCoeff()) {
+      scale_(metric.gram().cwiseAbs().maxCoeff()),
+      taus_(VectorXd::Constant(metric.gram().cols(), metric.tau())) {
+  if (precisions.size() > 0) taus_ = metric.tau() * precisions.cwiseInverse();
   MatrixXd matrix = metric.gram()(observed_, observed_);
-  matrix.diagonal().array() += metric.tau();
+  matrix.diagonal() += taus_(observed_);
   factors_ = factorised(std::move(matrix));
 }
 
 Points MatchModel::unknowns(const Points& p) const {
-  Points x = metric_->displacement(p);
+  Points x = metric_->velocity(p) + p * taus_.asDiagonal();
   x(Eigen::all, missing_) = scale_ * p(Eigen::all, missing_);
   return x;
 }
@@ -75,7 +77,7 @@ Points MatchModel::momenta(const Points& x) const {
 }
 
 Points MatchModel::defect(const PhaseState& end, const Points& target) const {
-  Points f = end.q + metric_->tau() * end.p - target;
+  Points f = end.q + end.p * taus_.asDiagonal() - target;
   f(Eigen::all, missing_) = scale_ * end.p(Eigen::all, missing_);
   return f;
 }

@@ -32,25 +32,27 @@ class TemplateMetric {
   double tau_;
 };
 
-/// The factors of A + τ for a target that misses some landmarks, whose momenta are 0 to first order.
+/// The factors of A + τ/v for a target whose landmark a has noise of the variance σ²/v_a, or is missing: then its
+/// momenta are 0 to first order.
 class MatchModel {
  public:
-  /// @param observed the landmarks that are not missing
-  MatchModel(const TemplateMetric& metric, std::vector<Eigen::Index> observed);
+  /// @param observed the landmarks that are not missing @param precisions v, N; empty: all 1
+  MatchModel(const TemplateMetric& metric, std::vector<Eigen::Index> observed, const Eigen::VectorXd& precisions = {});
 
   const std::vector<Eigen::Index>& observed() const { return observed_; }
 
-  /// From momenta to the unknowns of a match and back, both d×N: (A + τ)p where a landmark is observed, else sp with s
-  /// the largest element of A.
+  /// From momenta to the unknowns of a match and back, both d×N: (A + τ/v)p where a landmark is observed, else sp with
+  /// s the largest element of A.
   Points unknowns(const Points& p) const;
   Points momenta(const Points& unknowns) const;
-  /// The defect of a match in these units: q(T) + τp(T) − y where it is observed, else sp(T).
+  /// The defect of a match in these units: q(T) + τp(T)/v − y where it is observed, else sp(T).
   Points defect(const PhaseState& end, const Points& target) const;
 
  private:
   const TemplateMetric* metric_;
   std::vector<Eigen::Index> observed_, missing_;
   double scale_;
+  Eigen::VectorXd taus_;  // τ/v, N
   Eigen::LLT<Eigen::MatrixXd> factors_;
 };
 

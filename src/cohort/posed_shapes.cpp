@@ -55,6 +55,12 @@ class PoseEstimate {
   Eigen::LDLT<MatrixXd> normal_;
 };
 
+Points with_those_that_count(Points points, const VectorXd& precisions) {
+  for (Index a = 0; a < precisions.size(); ++a)
+    if (precisions[a] == 0) points.col(a).setConstant(std::nan(""));
+  return points;
+}
+
 // Regular: the flat prior of poses covers whatever variance is added along Z.
 MatrixXd with_poses(const MatrixXd& covariance, const MatrixXd& directions) {
   const double along = covariance.trace() / static_cast<double>(covariance.rows());
@@ -81,17 +87,27 @@ Alignment inverted(const Alignment& similarity) {
   return {similarity.kind, 1 / similarity.scale, linear, -linear * similarity.translation / similarity.scale};
 }
 
-PosedShapes::PosedShapes(Points mean, AlignmentKind alignment, const MatrixXd& covariance)
+PosedShapes::PosedShapes(Points mean, AlignmentKind alignment, const MatrixXd& covariance, double noise)
     : mean_(std::move(mean)),
       alignment_(alignment),
       directions_(directions_at(mean_, alignment)),
       basis_(complement(directions_)),
-      covariance_(basis_ * (basis_.transpose() * covariance * basis_) * basis_.transpose()) {}
+      covariance_(basis_ * (basis_.transpose() * covariance * basis_) * basis_.transpose()),
+      noise_(noise) {}
 
-PosedShapes::Conditional PosedShapes::condition(const Points& placed) const {
-  Conditional found{places_of(placed, true), places_of(placed, false), {}, {}, {}, {}, {}, 0};
+// Regular.
+MatrixXd PosedShapes::covariance_of(const VectorXd& precisions, const std::vector<Index>& observed) const {
+  MatrixXd all = with_poses(covariance_, directions_);
+  if (precisions.size() == 0) return all;
+  for (const Index place : observed) all(place, place) += noise_ * (1 / precisions[place / mean_.rows()] - 1);
+  return all;
+}
+
+PosedShapes::Conditional PosedShapes::condition(const Points& placed, const VectorXd& precisions) const {
+  const Points counted = with_those_that_count(placed, precisions);
+  Conditional found{places_of(counted, true), places_of(counted, false), {}, {}, {}, {}, {}, 0};
   const std::vector<Index>&observed = found.observed, &missing = found.missing;
-  const MatrixXd all = with_poses(covariance_, directions_);
+  const MatrixXd all = covariance_of(precisions, observed);
   const PoseEstimate estimate(all, directions_, observed);
   const VectorXd displacement = (placed - mean_).reshaped()(observed);
   found.pose = estimate.pose(displacement);
@@ -109,12 +125,13 @@ PosedShapes::Conditional PosedShapes::condition(const Points& placed) const {
   return found;
 }
 
-Alignment PosedShapes::placing(const Points& shape) const {
-  Alignment map = inverted(align(mean_, shape, alignment_));
+Alignment PosedShapes::placing(const Points& given, const VectorXd& precisions) const {
+  const Points shape = with_those_that_count(given, precisions);
+  Alignment map = inverted(align(mean_, shape, alignment_, {.weights = precisions}));
   if (alignment_ == AlignmentKind::kNone) return map;
   const std::vector<Index> observed = places_of(shape, true);
-  const bool is_complete = std::ssize(observed) == mean_.size();  // then (ZᵀV⁻¹Z)⁻¹ZᵀV⁻¹ = Zᵀ
-  const MatrixXd all = is_complete ? MatrixXd(0, 0) : with_poses(covariance_, directions_);
+  const bool is_complete = std::ssize(observed) == mean_.size() && precisions.size() == 0;  // then (ZᵀV⁻¹Z)⁻¹ZᵀV⁻¹ = Zᵀ
+  const MatrixXd all = is_complete ? MatrixXd(0, 0) : covariance_of(precisions, observed);
   const std::optional<PoseEstimate> estimate =
       is_complete ? std::nullopt : std::optional<PoseEstimate>(std::in_place, all, directions_, observed);
   for (int round = 0; round < kMostPlacings; ++round) {
@@ -131,7 +148,8 @@ ExpectedShapes expected_shapes(const PosedShapes& law, const std::vector<Points>
   ExpectedShapes expected;
   expected.uncertain = MatrixXd::Zero(law.covariance().rows(), law.covariance().cols());
   for (const Points& shape : shapes) {
-    expected.placed.push_back(law.placing(shape).apply(shape));
+    expected.placings.push_back(law.placing(shape));
+    expected.placed.push_back(expected.placings.back().apply(shape));
     Points complete = expected.placed.back();
     if (!complete.allFinite()) {
       const PosedShapes::Conditional found = law.condition(complete);

@@ -160,7 +160,7 @@ const MatrixXd& ShapePredictor::covariance() const { return fit_->law.covariance
 
 ShapePredictor::ShapePredictor(const Atlas& atlas) {
   std::vector<Points> shapes;
-  for (const AtlasSpecimen& specimen : atlas.specimens) shapes.push_back(specimen.shape.points);
+  for (const AtlasSpecimen& specimen : atlas.specimens) shapes.push_back(specimen.without_suspects());
   fit(atlas, shapes);
 }
 
@@ -217,7 +217,7 @@ std::vector<PredictedLandmarks> predict_missing(const Atlas& atlas, const std::v
     for (auto k = static_cast<std::size_t>(part); k < incomplete.size(); k += parts) left_out[incomplete[k]] = true;
     std::vector<Points> others;
     for (std::size_t i = 0; i < shapes.size(); ++i)
-      if (!left_out[i]) others.push_back(atlas.specimens[i].shape.points);
+      if (!left_out[i]) others.push_back(atlas.specimens[i].without_suspects());
     const ShapePredictor predictor(atlas, others);
     for (std::size_t i = 0; i < shapes.size(); ++i)
       if (left_out[i]) predicted[i] = predictor.predict(shapes[i]);

@@ -29,10 +29,14 @@ constexpr double kUnmatched = 0.01;      // defect of a specimen that has no wei
 constexpr int kTemplateWindow = 5;
 constexpr double kCoarse = 1e-4;  // step error, in diameters, that is reported
 
-std::vector<Index> observed_landmarks(const Points& points) {
+double precision_of(const AtlasSpecimen& specimen, Index a) {
+  return specimen.precisions.size() > 0 ? specimen.precisions[a] : 1;
+}
+
+std::vector<Index> observed_landmarks(const AtlasSpecimen& specimen) {
   std::vector<Index> observed;
-  for (Index a = 0; a < points.cols(); ++a)
-    if (points.col(a).allFinite()) observed.push_back(a);
+  for (Index a = 0; a < specimen.shape.points.cols(); ++a)
+    if (specimen.shape.points.col(a).allFinite() && precision_of(specimen, a) > 0) observed.push_back(a);
   return observed;
 }
 
@@ -47,9 +51,11 @@ matching::MatchingCost cost_of(const Atlas& atlas, const Trajectory& path, const
     cost.action += 0.5 * atlas.lambda * nugget * path.grid.dt() * 0.5 * (square(k) + square(k + 1));
   }
   cost.energy = total - cost.action;
+  const VectorXd distances = specimen.distances();
   if (atlas.sigma > 0)
-    for (const double distance : specimen.distances())
-      if (std::isfinite(distance)) cost.data += 0.5 * std::pow(distance / atlas.sigma, 2);
+    for (Index a = 0; a < path.initial().q.cols(); ++a)
+      if (const double distance = distances[a]; std::isfinite(distance))
+        cost.data += 0.5 * precision_of(specimen, a) * std::pow(distance / atlas.sigma, 2);
   return cost;
 }
 
@@ -76,7 +82,7 @@ class TemplateSearch {
         poses_(MatrixXd::Zero(held_.cols(), std::ssize(atlas.specimens))),
         found_poses_(atlas.specimens.size()) {
     for (const AtlasSpecimen& specimen : atlas.specimens) {
-      observed_.push_back(observed_landmarks(specimen.shape.points));
+      observed_.push_back(observed_landmarks(specimen));
       given_.push_back(specimen.shape.points);
     }
   }
@@ -153,7 +159,8 @@ class TemplateSearch {
           const auto s = static_cast<std::size_t>(i);
           AtlasSpecimen specimen = atlas_.specimens[s];
           std::optional<MatchModel> of_observed;
-          if (observed_[s].size() < all.size()) of_observed.emplace(metric, observed_[s]);
+          if (observed_[s].size() < all.size() || specimen.precisions.size() > 0)
+            of_observed.emplace(metric, observed_[s], specimen.precisions);
           const MatchModel& model = of_observed ? *of_observed : complete;
           const int count = match(metric, model, specimen, tolerance);
           VectorXd made(2 * specimen.momenta.size() + directions.cols() + 3);
@@ -215,6 +222,7 @@ class TemplateSearch {
     if (atlas_.beta > 0) options.noise = fmt::format("ch-sd:beta={}", atlas_.beta);
     options.lambda = atlas_.lambda;
     options.sigma = std::max(atlas_.sigma, 1e-4 * size_);
+    options.data.weights = specimen.precisions;
     options.align = AlignmentKind::kNone;
     options.grid = geodesics_.grid();
     Landmarks target = specimen.shape;

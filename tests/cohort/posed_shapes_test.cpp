@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 PosedShapes posed_law(AlignmentKind kind = AlignmentKind::kSimilarity, int dimension = 2) {
   const CohortLaw law;
   const Points mean = oval(12, dimension);
-  return {mean, kind, displacement_covariance(law.kernel, law.lambda, law.sigma, mean)};
+  return {mean, kind, displacement_covariance(law.kernel, law.lambda, law.sigma, mean), law.sigma * law.sigma};
 }
 
 // A draw around the mean that misses these landmarks.
@@ -30,9 +30,13 @@ Points incomplete_draw(const PosedShapes& law, std::uint64_t path, const std::ve
 // The flat prior as the limit of a wide one.
 TEST(PosedShapes, AreConditionedAsNormalShapesOfWidelySpreadPoses) {
   const PosedShapes law = posed_law();
-  const Points shape = incomplete_draw(law, 0, {2, 3, 9});
-  const PosedShapes::Conditional found = law.condition(shape);
-  const MatrixXd wide = law.covariance() + 1e3 * law.directions() * law.directions().transpose();
+  const Points shape = incomplete_draw(law, 0, {2, 3});
+  VectorXd precisions = VectorXd::LinSpaced(12, 0.2, 1.3);
+  precisions[9] = 0;  // as if it were missing
+  const PosedShapes::Conditional found = law.condition(shape, precisions);
+  MatrixXd wide = law.covariance() + 1e3 * law.directions() * law.directions().transpose();
+  for (const Index place : found.observed)
+    wide(place, place) += std::pow(CohortLaw().sigma, 2) * (1 / precisions[place / 2] - 1);
   const auto &seen = found.observed, &missing = found.missing;
   ASSERT_EQ(missing.size(), 6U);
   const Eigen::LDLT<MatrixXd> factors(MatrixXd(wide(seen, seen)));

@@ -64,7 +64,11 @@ TEST_F(WrongLandmarks, HaveNoInfluenceOnARobustFit) {
   EXPECT_EQ(run(words("warp out leaves.csv#1 -o moved.csv")).exit_code, 0) << "the record is read again";
   for (const std::string line : {"--loss welsch", "--robust --sigma fit", "--loss huber --data varifold"})
     EXPECT_EQ(run_line("register leaves.csv#1 leaves.csv#2 " + line).exit_code, 2) << line;
-  EXPECT_THAT(run_line("atlas leaves.csv --robust").err, ContainsRegex("leaves.csv#2: .* wrong; taken as missing: 10"));
+  const ProgramRun atlas = run_line("atlas leaves.csv --robust");
+  EXPECT_THAT(atlas.err, ContainsRegex("leaves.csv#2: .* wrong, of a weight below 0.1: .*10"));
+  EXPECT_THAT(atlas.out, ContainsRegex("suspects    [0-9]+ landmarks? of [0-9] shapes?, by loss tukey:5.12299"));
+  EXPECT_LT(read_json("out/atlas.json").at("specimens").at(1).at("weights").at(9), 0.1);
+  EXPECT_EQ(run_line("atlas leaves.csv --robust --sigma 0").exit_code, 2);
 }
 
 TEST_F(WrongLandmarks, ThatAreExchangedAreNamed) {

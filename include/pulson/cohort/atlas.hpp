@@ -9,6 +9,7 @@
 #include "pulson/core/name_table.hpp"
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/matching/objective.hpp"
+#include "pulson/matching/robust_loss.hpp"
 
 namespace pulson::cohort {
 
@@ -23,8 +24,8 @@ struct AtlasOptions {
   Length beta = 0;
   /// Of each specimen onto the mean; none: similarity, on a line none. Any but `affine`.
   std::optional<AlignmentKind> align{};
-  /// Whether landmarks that the others of their shape contradict are taken as missing: AtlasSpecimen::suspects.
-  bool robust = false;
+  /// Of each landmark's distance from its prediction by the others of its shape; none: least squares. σ must not be 0.
+  std::optional<matching::RobustLoss> loss{};
   int steps = 10;            ///< Runge–Kutta's of each geodesic
   double tolerance = 1e-8;   ///< converged where the template moves by no more, root mean square in diameters
   int max_iterations = 100;  ///< of the template
@@ -39,29 +40,34 @@ struct AtlasOptions {
 
 /// One shape of an atlas and its match.
 struct AtlasSpecimen {
-  Landmarks shape;              ///< in its pose; missing coordinates are NaN
-  double centroid_size = 0;     ///< of the shape as it was given
-  std::vector<int> suspects{};  ///< landmarks that were taken as missing, from 0
-  Points momenta;               ///< p0, d×N, at the template
-  Points result;                ///< q(1), d×N
+  Landmarks shape;           ///< in its pose; missing coordinates are NaN
+  double centroid_size = 0;  ///< of the shape as it was given
+  /// w_a by the loss, in [0, 1], and v_a with which σ²/v_a is the variance of the noise: w_a/κ
+  /// (matching::LossWeight), 0 where the landmark counts as missing. N of each; empty: no loss
+  Eigen::VectorXd weights{}, precisions{};
+  Points momenta;  ///< p0, d×N, at the template
+  Points result;   ///< q(1), d×N
   matching::MatchingCost cost;
-  double defect = 0;  ///< |q(1) + λσ²p(1) − y|, the largest, length units: the residual of the equation of the match
+  double defect = 0;  ///< |q(1) + λσ²p(1)/v − y|, the largest, length units: the residual of the equation of the match
   bool converged = false;
 
   /// |q_a(1) − y_a|, NaN where the landmark is missing.
   Eigen::VectorXd distances() const;
-  double rms() const;  ///< root mean square of these that there are
+  double rms() const;  ///< root mean square of these that there are, by their weights
+  /// Landmarks of a weight below matching::kSuspectWeight, from 0.
+  std::vector<int> suspects() const;
+  Points without_suspects() const;  ///< the shape's points, NaN where a landmark is a suspect
 };
 
 /// A template q0 and the momenta of every specimen, which minimise together
 ///
-///     Σ_i J_i,   J_i = λ∫H dt + ½∫|u|² dt + ½ Σ_a |q_ia(1) − y_ia|²/σ²,
+///     Σ_i J_i,   J_i = λ∫H dt + ½∫|u|² dt + ½ Σ_a v_ia|q_ia(1) − y_ia|²/σ²,
 ///
-/// over q0 and geodesics from there. Each specimen is in the pose in which its momenta contain none, Zᵀp = 0 with the
-/// motion_directions() Z of q0 (for motions without scale the pose of least J_i, and the geodesic is horizontal), and
-/// the template in that of the mean, with its size. By the envelope theorem ∂J_i/∂q0 = −λp_i(0): at the minimum the
-/// momenta have the sum zero, and the template is the Fréchet mean of the specimens (X. Pennec, "Intrinsic statistics
-/// on Riemannian manifolds", 2006).
+/// over q0 and geodesics from there, v = 1 without a loss. Each specimen is in the pose in which its momenta contain
+/// none, Zᵀp = 0 with the motion_directions() Z of q0 (for motions without scale the pose of least J_i, and the
+/// geodesic is horizontal), and the template in that of the mean, with its size. By the envelope theorem ∂J_i/∂q0 =
+/// −λp_i(0): at the minimum the momenta have the sum zero, and the template is the Fréchet mean of the specimens (X.
+/// Pennec, "Intrinsic statistics on Riemannian manifolds", 2006).
 struct Atlas {
   Landmarks mean;            ///< generalised Procrustes mean, from which the search starts
   Landmarks template_shape;  ///< q0
@@ -69,6 +75,7 @@ struct Atlas {
   KernelOperator kernel{{KernelTerm{}}};
   double lambda = 1, sigma = 0, beta = 0;
   bool fitted_kernel = false, fitted_lambda = false, fitted_sigma = false;
+  std::string loss{};  ///< with its constant; empty: none
   int steps = 0;
   std::vector<AtlasSpecimen> specimens;
   bool converged = false;

@@ -77,15 +77,18 @@ void add_shapes(const std::vector<Landmarks>& shapes, const Landmarks& first, bo
 }
 
 void judge_cohort(AuditResults& results) {
+  Progress progress;
   std::vector<Landmarks> shapes;
   for (const JudgedShape& judged : results.shapes) shapes.push_back(judged.shape);
-  results.audit = audit::audit_cohort(shapes);
+  results.audit = audit::audit_cohort(shapes, [&](double fraction) { progress.show(fraction, "judging"); });
 }
 
 void judge_by_first(AuditResults& results) {
   results.is_of_cohort = false;
   const Landmarks& first = results.shapes.front().shape;
+  Progress progress;
   for (std::size_t i = 1; i < results.shapes.size(); ++i) {
+    progress.show(static_cast<double>(i - 1) / static_cast<double>(results.shapes.size() - 1), "judging");
     audit::Audit of_pair = audit::audit_pair(first, results.shapes[i].shape);
     for (audit::Finding& finding : of_pair.findings) finding.specimen = static_cast<int>(i);
     std::move(of_pair.findings.begin(), of_pair.findings.end(), std::back_inserter(results.audit.findings));

@@ -77,7 +77,7 @@ Json match(const Landmarks& source, const Landmarks& target, const matching::Reg
     const records::RegistrationFacts facts = registration_facts(registration, fitted);
     if (std::string note = prediction_note(facts); !note.empty()) registration.notes.push_back(std::move(note));
     return {{"registration.json", registration_json(registration, facts)},
-            {"residuals.csv", records::residuals_csv(registration, facts.shares)},
+            {"residuals.csv", records::residuals_csv(registration, facts)},
             {"trajectory.csv", records::trajectory_csv(registration, replay(registration))}};
   } catch (const Error& error) {
     return {{"error", error.what()}};

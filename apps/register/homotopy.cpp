@@ -29,19 +29,17 @@ std::string landmarks_left(const matching::HomotopyStep& last, const Landmarks& 
                      landmark_list(shape, last.unmatched));
 }
 
-// No flow on a line changes the order of landmarks, though they may come within σ of where it is changed.
-std::string order_left(const matching::Registration& registration) {
-  if (registration.source.dimension() != 1 || registration.data.kind != matching::DataKind::kLandmarks) return {};
-  const Points &source = registration.source.points, &target = registration.target.points;
-  std::vector<int> exchanged;
-  for (int a = 0; a < registration.source.count(); ++a) {
-    const Eigen::ArrayXXd order = (source.array() - source(0, a)) * (target.array() - target(0, a));
-    if ((order < 0).any()) exchanged.push_back(a);
-  }
-  return exchanged.empty() ? ""
-                           : fmt::format(" within sigma, but for the order of landmarks {}",
-
-                                         landmark_list(registration.source, exchanged));
+// Flows may come within σ of what none does exactly.
+std::string impossible_left(const matching::Registration& registration) {
+  if (registration.data.kind != matching::DataKind::kLandmarks) return {};
+  const std::vector<int> landmarks =
+      matching::impossible_landmarks(registration.source.points, registration.target.points);
+  if (landmarks.empty()) return {};
+  const std::string names = landmark_list(registration.source, landmarks);
+  return registration.source.dimension() == 1
+             ? " within sigma, but for the order of landmarks " + names
+             : fmt::format(" within sigma, but no flow parts or joins landmarks {}, at one place in one shape only",
+                           names);
 }
 
 }  // namespace
@@ -65,7 +63,7 @@ std::string homotopy_line(const std::vector<matching::HomotopyStep>& steps,
   const std::string costs = fmt::format("J = {:.4g} at beta = {:.4g}, {:.4g} at beta = {:.4g}", asked.cost.total(),
                                         asked.beta, least->cost.total(), least->beta);
   if (reaches_diffeomorphism(steps))
-    return costs + ": a diffeomorphism matches these shapes" + order_left(registration);
+    return costs + ": a diffeomorphism matches these shapes" + impossible_left(registration);
   if (least + 1 != steps.end()) return costs + ", the smallest that matches" + left;
   return fmt::format("{}, and grows by {:.2g} % if beta is halved: not diffeomorphic", costs, 100 * least->growth());
 }

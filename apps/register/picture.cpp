@@ -149,8 +149,11 @@ draw::RegistrationPicture make_registration_picture(const matching::Registration
 void add_verdicts(const records::RegistrationFacts& facts, draw::RegistrationPicture& picture) {
   picture.doubted = facts.verdicts.doubted();
   if (picture.source.dimension() != 2) return;
+  if (facts.verdicts.action_share.size() == 0) return;
   picture.action = facts.verdicts.action_share;
-  picture.action_triangles = warp::delaunay_triangles(picture.source.points);
+  // A landmark may oppose the flow of its neighbours, which lowers the energy.
+  picture.energy = facts.shares.energy.cwiseMax(0);
+  picture.map_triangles = warp::delaunay_triangles(picture.source.points);
 }
 
 namespace {

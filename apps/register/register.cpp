@@ -86,7 +86,7 @@ std::optional<warp::VelocityField> write_results(const matching::Registration& r
   // Before the record is printed: Qhull flushes all streams, and hides why one of them could not be written.
   draw::RegistrationPicture still = make_registration_picture(registration, path);
   add_verdicts(facts, still);
-  results.add("residuals.csv", records::residuals_csv(registration, facts.shares));
+  results.add("residuals.csv", records::residuals_csv(registration, facts));
   results.add("trajectory.csv", records::trajectory_csv(registration, path));
   if (!facts.homotopy.empty()) results.add("homotopy.csv", homotopy_csv(facts.homotopy));
   results.commit("registration.json", registration_json(registration, facts), field_json(field));

@@ -158,6 +158,7 @@ std::vector<LandmarkColumn> landmark_columns(const matching::Registration& regis
   add("predicted", facts.verdicts.predicted, three_digits);
   add("energy", facts.shares.energy, three_digits);
   add("action", facts.shares.action, three_digits);
+  add("weight", facts.verdicts.weight, three_digits);
   add("displacement by the noise", noise_shares(registration, facts.shares), percent);
   return columns;
 }

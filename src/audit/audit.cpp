@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <numeric>
 #include <optional>
 
@@ -158,7 +159,8 @@ void tell_axes(std::vector<Finding>& findings, const Points& reference, const Ei
 /// The shapes of a cohort that can be judged by a law, and what is said of the others at once.
 class CohortAudit {
  public:
-  explicit CohortAudit(const std::vector<Landmarks>& shapes) : shapes_(shapes), codes_(at_missing_codes(shapes)) {
+  CohortAudit(const std::vector<Landmarks>& shapes, const std::function<void(double)>& on_progress)
+      : shapes_(shapes), on_progress_(on_progress), codes_(at_missing_codes(shapes)) {
     for (std::size_t i = 0; i < shapes.size(); ++i) {
       Points points = shapes[i].points;
       points(Eigen::all, codes_[i]).setConstant(std::nan(""));
@@ -202,10 +204,16 @@ class CohortAudit {
     return true;
   }
 
-  void judge_each(const CohortLaw& law, const Odds& odds, std::vector<std::vector<Finding>>& found) const {
+  // @param fit how many came before
+  void judge_each(const CohortLaw& law, const Odds& odds, int fit, std::vector<std::vector<Finding>>& found) const {
+    std::mutex reporting;
+    int done = 0;
     parallel_for(static_cast<int>(points_.size()), [&](int i) {
       const auto at = static_cast<std::size_t>(i);
       found[at] = judge_one(law, at, odds);
+      if (!on_progress_) return;
+      const std::lock_guard lock(reporting);
+      on_progress_((fit + ++done / static_cast<double>(points_.size())) / (kRefits + 1));
     });
   }
 
@@ -234,13 +242,13 @@ class CohortAudit {
       const CohortLaw law(points_, directions, accused);
       reference_ = law.reference();
       if (fit < kRefits) {
-        judge_each(law, kSuspected, found);
+        judge_each(law, kSuspected, fit, found);
         std::vector<bool> now;
         for (const auto& of_one : found) now.push_back(!of_one.empty());
         accused = std::move(now);
         if (std::count(accused.begin(), accused.end(), false) >= kFewestSound) continue;
       }
-      judge_each(law, kFound, found);
+      judge_each(law, kFound, kRefits, found);
       break;
     }
     Eigen::MatrixXd poses = Eigen::MatrixXd::Zero(reference_.rows(), reference_.rows());
@@ -280,6 +288,7 @@ class CohortAudit {
   }
 
   const std::vector<Landmarks>& shapes_;
+  const std::function<void(double)>& on_progress_;
   std::vector<std::vector<int>> codes_;  // of each shape
   std::vector<std::size_t> place_;       // in the cohort, of each that is judged
   std::vector<Points> points_;
@@ -329,9 +338,9 @@ Audit audit_pair(const Landmarks& reference, const Landmarks& shape) {
   return audit;
 }
 
-Audit audit_cohort(const std::vector<Landmarks>& shapes) {
+Audit audit_cohort(const std::vector<Landmarks>& shapes, const std::function<void(double)>& on_progress) {
   if (shapes.empty()) return {};
-  return CohortAudit(shapes).result();
+  return CohortAudit(shapes, on_progress).result();
 }
 
 }  // namespace pulson::audit

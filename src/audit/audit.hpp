@@ -3,6 +3,7 @@
 // What is wrong with landmarks: hypotheses about shapes, each judged by how much more probable the shape would be
 // without it.
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -62,7 +63,8 @@ Audit audit_pair(const Landmarks& reference, const Landmarks& shape);
 /// The same of each shape of a cohort, by a law of the others.
 /// @param shapes of N landmarks each; those with fewer than kFewestLandmarks are not judged; only sizes and missing
 /// codes are judged where there are fewer than 5
-Audit audit_cohort(const std::vector<Landmarks>& shapes);
+/// @param on_progress gets the fraction that is done, from 0 to 1 and rising, from one thread at a time; may be empty
+Audit audit_cohort(const std::vector<Landmarks>& shapes, const std::function<void(double)>& on_progress = {});
 
 /// "landmarks 2 and 8 look exchanged (odds 10^9; rms distance 71.1, 14.1 without)"
 std::string describe(const Finding& finding, const Landmarks& shape);

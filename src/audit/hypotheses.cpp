@@ -1,18 +1,17 @@
 #include "hypotheses.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
-#include <random>
 
-#include <Eigen/QR>
 #include <fmt/core.h>
 
+#include "points_without_order.hpp"
 #include "pulson/core/alignment.hpp"
+#include "reorderings.hpp"
 #include "robust_alignment.hpp"
+#include "slips.hpp"
 
 namespace pulson::audit {
 namespace {
@@ -37,8 +36,6 @@ constexpr double kApart = 3;
 // 0.18.
 constexpr double kForeignDistance = 4, kForeignRadii = 0.25;
 constexpr double kAsASet = 4;  // the same, over the median, to the nearest landmarks: points in no order are nearer
-constexpr int kTurns = 200;    // from which the pose of points without an order is sought
-constexpr int kClosestRounds = 20;
 
 int landmarks_in(const LandmarkLaw& law, const Points& shape) {
   int count = 0;
@@ -49,64 +46,6 @@ int landmarks_in(const LandmarkLaw& law, const Points& shape) {
 
 double log_sphere(double dimension) {  // area of the unit sphere
   return std::log(2) + dimension / 2 * std::log(M_PI) - std::lgamma(dimension / 2);
-}
-
-Points reordered(const Points& shape, int begin, bool reversed) {
-  const auto n = static_cast<int>(shape.cols());
-  std::vector<int> order;
-  for (int k = 0; k < n; ++k) order.push_back(((reversed ? begin - k : begin + k) % n + n) % n);
-  return shape(Eigen::all, order);
-}
-
-Points exchanged(Points shape, int a, int b) {
-  shape.col(a).swap(shape.col(b));
-  return shape;
-}
-
-Points run_reversed(Points shape, int first, int last) {
-  for (; first < last; ++first, --last) shape.col(first).swap(shape.col(last));
-  return shape;
-}
-
-std::vector<int> run_of(int first, int last) {
-  std::vector<int> run(static_cast<std::size_t>(last - first + 1));
-  std::iota(run.begin(), run.end(), first);
-  return run;
-}
-
-double distance_to_nearest(const Points& from, const Points& to, std::vector<int>& nearest) {
-  double sum = 0;
-  nearest.resize(static_cast<std::size_t>(from.cols()));
-  for (Index a = 0; a < from.cols(); ++a) {
-    sum += (to.colwise() - from.col(a)).colwise().squaredNorm().minCoeff(&nearest[static_cast<std::size_t>(a)]);
-  }
-  return std::sqrt(sum / static_cast<double>(from.cols()));
-}
-
-// Root mean square distance to the nearest landmarks, whatever they are called: by closest points from several turns.
-double distance_as_set(const Points& shape, const Points& target) {
-  const auto centred = [](const Points& points) { return Points(points.colwise() - points.rowwise().mean()); };
-  const Points fixed = centred(target), sized = centred(shape) * (centroid_size(target) / centroid_size(shape));
-  std::mt19937 random(1);
-  std::normal_distribution<double> normal;
-  double best = std::numeric_limits<double>::infinity();
-  for (int turn = 0; turn < kTurns; ++turn) {
-    const Eigen::MatrixXd any =
-        Eigen::MatrixXd::NullaryExpr(shape.rows(), shape.rows(), [&] { return normal(random); });
-    Eigen::MatrixXd rotation = Eigen::HouseholderQR<Eigen::MatrixXd>(any).householderQ();
-    if (rotation.determinant() < 0) rotation.row(0) *= -1;
-    Points moved = rotation * sized;
-    std::vector<int> nearest;
-    for (int round = 0; round < kClosestRounds; ++round) {
-      distance_to_nearest(moved, fixed, nearest);
-      const Points partners = fixed(Eigen::all, nearest);
-      if (!(diameter(partners) > 0)) break;
-      moved = align(moved, partners, AlignmentKind::kRigid).apply(moved);
-    }
-    best = std::min(best,
-                    std::max(distance_to_nearest(moved, fixed, nearest), distance_to_nearest(fixed, moved, nearest)));
-  }
-  return best;
 }
 
 /// One shape and what may be wrong with it.
@@ -389,30 +328,7 @@ class Hypotheses {
 
   // What is typed wrongly: the density of what stands there is that of what was meant, over what the slip stretches.
   void consider_slips(int landmark) {
-    const Index d = shape_.rows();
-    struct Slip {
-      VectorXd meant;
-      double log_stretch;
-      std::string text;
-    };
-    std::vector<Slip> slips;
-    const VectorXd here = shape_.col(landmark);
-    for (Index axis = 0; axis < d; ++axis) {
-      const char name = "xyz"[axis];
-      const auto add = [&](double factor, const std::string& text) {
-        Slip slip{here, -std::log(std::abs(factor)), fmt::format("{} {}", name, text)};
-        slip.meant[axis] *= factor;
-        slips.push_back(std::move(slip));
-      };
-      add(0.1, "is 10 times too large");
-      add(10, "is 10 times too small");
-      add(-1, "has the wrong sign");
-      for (Index other = 0; other < axis; ++other) {
-        Slip slip{here, 0, fmt::format("{} and {} are exchanged", "xyz"[other], name)};
-        std::swap(slip.meant[axis], slip.meant[other]);
-        slips.push_back(std::move(slip));
-      }
-    }
+    const std::vector<Slip> slips = slips_of(shape_.col(landmark));
     for (const Slip& slip : slips) {
       Points corrected = shape_;
       corrected.col(landmark) = slip.meant;

@@ -113,7 +113,7 @@ Canvas compose_plane(const RegistrationPicture& picture) {
   draw_image(canvas, before, picture.image_before);
   canvas.lines(before.pixels(picture.grid_before), kGridStroke);
   draw_target(canvas, before.pixels(picture.target.points), figures);
-  draw_action(canvas, before.pixels(picture.source.points), picture, true);
+  draw_energy(canvas, before.pixels(picture.source.points), picture);
   draw_shape(canvas, before.pixels(picture.source.points), figure, colour::kSource);
   draw_numbers(canvas, before.pixels(picture.source.points), figure, picture.source.numbers,
                before.pixels(Points(picture.target.points(Eigen::all, figures.target.marked))));
@@ -121,7 +121,7 @@ Canvas compose_plane(const RegistrationPicture& picture) {
   draw_frame(canvas, after, "Result", stacked);
   draw_image(canvas, after, picture.image_after);
   canvas.lines(after.pixels(picture.grid_after), kGridStroke);
-  draw_action(canvas, after.pixels(picture.result), picture, false);
+  draw_action(canvas, after.pixels(picture.result), picture);
   draw_registration(canvas, after, picture, figures);
 
   std::vector<LegendEntry> legend = legend_of_shapes(figures, picture);
@@ -199,11 +199,14 @@ void check_verdicts(const RegistrationPicture& picture) {
     if (a < 0 || a >= n) throw InputError(fmt::format("registration picture: the source has no landmark {}", a));
   };
   for (const int a : picture.doubted) check_landmark(a);
-  for (const auto& triangle : picture.action_triangles)
+  for (const auto& triangle : picture.map_triangles)
     for (const int a : triangle) check_landmark(a);
-  if (picture.action.size() > 0 &&
-      (picture.action.size() != n || !picture.action.allFinite() || picture.action.minCoeff() < 0))
-    throw InputError("registration picture: the action needs a number of 0 or more for each landmark");
+  const auto check_map = [&](const Eigen::VectorXd& shares, const char* what) {
+    if (shares.size() > 0 && (shares.size() != n || !shares.allFinite() || shares.minCoeff() < 0))
+      throw InputError(fmt::format("registration picture: the {} needs a number of 0 or more for each landmark", what));
+  };
+  check_map(picture.action, "action");
+  check_map(picture.energy, "energy");
 }
 
 void check(const RegistrationPicture& picture) {

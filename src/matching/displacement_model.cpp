@@ -9,6 +9,7 @@
 #include "displacement_likelihood.hpp"
 #include "golden_maximum.hpp"
 #include "pulson/core/parallel.hpp"
+#include "pulson/matching/landmark_predictions.hpp"
 #include "pulson/matching/registration.hpp"
 
 namespace pulson::matching {
@@ -39,37 +40,20 @@ std::vector<Index> whole_range(Index count) {
   return all;
 }
 
-// How well landmarks were observed, with lengths in diameters.
-struct Precision {
-  double variance = 0;         // σ²
-  VectorXd weights;            // N, of each landmark
-  std::vector<MatrixXd> each;  // R_a, N; empty: σ²I
-
-  // R/w, dN×dN.
-  MatrixXd covariance(Index d) const {
-    MatrixXd all = MatrixXd::Zero(d * weights.size(), d * weights.size());
-    for (Index a = 0; a < weights.size(); ++a) {
-      auto block = all.block(a * d, a * d, d, d);
-      if (each.empty())
-        block.diagonal().setConstant(variance / weights[a]);
-      else
-        block = each[static_cast<std::size_t>(a)] / weights[a];
-    }
-    return all;
-  }
-
-  // L⁻¹ of R/w = σ²LLᵀ, dN×dN, where covariances are given.
-  MatrixXd root(Index d) const {
-    const Eigen::LLT<MatrixXd> factors(covariance(d) / variance);
-    return factors.matrixL().solve(MatrixXd::Identity(d * weights.size(), d * weights.size()));
-  }
-};
+// L⁻¹ of R/w = σ²LLᵀ, dN×dN, where covariances are given.
+MatrixXd root_of(const DisplacementNoise& noise, double variance, Index d) {
+  const Index n = noise.variances.size();
+  MatrixXd all = MatrixXd::Zero(d * n, d * n);
+  for (Index a = 0; a < n; ++a) all.block(a * d, a * d, d, d) = noise.of(a, d) / variance;
+  return all.llt().matrixL().solve(MatrixXd::Identity(d * n, d * n));
+}
 
 // Multiplied by L⁻¹, displacements have V = L⁻¹KL⁻ᵀ/λ + σ²I.
 class Whitened {
  public:
-  Whitened(const Precision& precision, Index d) : roots_(precision.weights.cwiseSqrt()) {
-    if (!precision.each.empty()) all_ = precision.root(d);
+  Whitened(const DisplacementNoise& noise, double variance, Index d)
+      : roots_((variance / noise.variances.array()).sqrt()) {
+    if (!noise.covariances.empty()) all_ = root_of(noise, variance, d);
   }
 
   MatrixXd columns(const MatrixXd& columns) const {
@@ -86,23 +70,6 @@ class Whitened {
   VectorXd roots_;
   MatrixXd all_;
 };
-
-// Root mean square over the landmarks of |(P_aa)⁻¹(Pr)_a|, P as in the header with the covariance V.
-double left_out_error(const MatrixXd& v, const MatrixXd& directions, const Points& displacements,
-                      const VectorXd& weights) {
-  const Index d = displacements.rows(), n = displacements.cols();
-  const Eigen::LLT<MatrixXd> factors(v);
-  const MatrixXd vz = factors.solve(directions);
-  MatrixXd p = factors.solve(MatrixXd::Identity(d * n, d * n));
-  if (directions.cols() > 0) p -= vz * (directions.transpose() * vz).ldlt().solve(vz.transpose());
-  const VectorXd pr = p * displacements.reshaped();
-  double sum = 0;
-  for (Index a = 0; a < n; ++a) {
-    const MatrixXd block = p.block(a * d, a * d, d, d);
-    sum += weights[a] * block.ldlt().solve(pr.segment(a * d, d)).squaredNorm();
-  }
-  return std::sqrt(sum / weights.sum());
-}
 
 }  // namespace
 
@@ -123,11 +90,12 @@ std::optional<DisplacementModel> fit_displacements(const Points& source, const P
   if (d * n < directions.cols() + kFewestFree) return std::nullopt;
 
   const double variance = std::pow(options.sigma / size, 2);
-  Precision precision{variance, weights(used), {}};
+  std::vector<MatrixXd> covariances;
   if (!options.covariances.empty())
     for (const Index a : used)
-      precision.each.emplace_back(options.covariances[static_cast<std::size_t>(a)] / (size * size));
-  const Whitened whitened(precision, d);
+      covariances.emplace_back(options.covariances[static_cast<std::size_t>(a)] / (size * size));
+  const DisplacementNoise noise(variance, covariances, weights(used));
+  const Whitened whitened(noise, variance, d);
   const DisplacementDraws draws{q0, whitened.columns(displacements.reshaped()), whitened.columns(directions)};
   const auto kernel_of = [&](double alpha) { return KernelOperator({{options.profile, alpha, 1}}); };
   DisplacementModel best;
@@ -147,10 +115,11 @@ std::optional<DisplacementModel> fit_displacements(const Points& source, const P
       best = {{options.profile, alpha, 1}, std::exp(-2 * log_deviation), value, 0, 0, n};
   }
   if (!std::isfinite(best.log_likelihood)) return std::nullopt;  // sigma leaves the range of numbers
-  const MatrixXd noise = precision.covariance(d);
-  const MatrixXd v = on_each_axis(kernel_of(best.kernel.alpha).gram(q0, q0), d) / best.lambda + noise;
-  best.prediction_error = size * left_out_error(v, directions, displacements, precision.weights);
-  best.alignment_error = size * left_out_error(noise, directions, displacements, precision.weights);
+  const std::vector<Index> all = whole_range(n);
+  const KnownDisplacements from{q0, displacements, directions, all, noise};
+  const KernelOperator fitted({{options.profile, best.kernel.alpha, 1 / best.lambda}});
+  best.prediction_error = size * predict_displacements(from, fitted).weighted_error(weights(used));
+  best.alignment_error = size * predict_displacements(from, std::nullopt).weighted_error(weights(used));
   if (!std::isfinite(best.prediction_error) || !std::isfinite(best.alignment_error)) return std::nullopt;
   best.kernel.alpha *= size;
   best.lambda = options.lambda.value_or(best.lambda / (size * size));

@@ -115,6 +115,21 @@ std::vector<HomotopyStep>::const_iterator least_needed(const std::vector<Homotop
   return unmatched == steps.begin() ? steps.end() : std::prev(unmatched);
 }
 
+std::vector<int> impossible_landmarks(const Points& source, const Points& target) {
+  const auto keeps_order = [&](Eigen::Index a, Eigen::Index b) {
+    const Eigen::VectorXd before = source.col(b) - source.col(a), after = target.col(b) - target.col(a);
+    if (!before.allFinite() || !after.allFinite()) return true;
+    return before.isZero(0) == after.isZero(0) && (source.rows() > 1 || before[0] * after[0] >= 0);
+  };
+  std::vector<int> found;
+  for (int a = 0; a < source.cols(); ++a) {
+    Eigen::Index b = 0;
+    while (b < source.cols() && keeps_order(a, b)) ++b;
+    if (b < source.cols()) found.push_back(a);
+  }
+  return found;
+}
+
 bool reaches_diffeomorphism(const std::vector<HomotopyStep>& steps) {
   const auto least = least_needed(steps);
   if (least == steps.end() || std::next(least) != steps.end()) return false;

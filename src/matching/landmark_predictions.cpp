@@ -8,6 +8,7 @@
 #include <fmt/core.h>
 
 #include "core/factorisations.hpp"
+#include "core/landmark_pairs.hpp"
 #include "core/text.hpp"
 #include "displacement_likelihood.hpp"
 #include "pulson/core/errors.hpp"
@@ -126,15 +127,20 @@ double largest_of_student(int d, Index count, double degrees) {
   return largest_of(count, [&](double x) { return student_tail(d, degrees, x); });
 }
 
-double LandmarkPredictions::error(const std::vector<int>& without) const {
-  double sum = 0;
-  int count = 0;
+double LandmarkPredictions::weighted_error(const VectorXd& weights) const {
+  double sum = 0, all = 0;
   for (Index a = 0; a < residuals.cols(); ++a) {
-    if (!residuals.col(a).allFinite() || std::find(without.begin(), without.end(), a) != without.end()) continue;
-    sum += residuals.col(a).squaredNorm();
-    ++count;
+    if (weights[a] == 0 || !residuals.col(a).allFinite()) continue;
+    sum += weights[a] * residuals.col(a).squaredNorm();
+    all += weights[a];
   }
-  return std::sqrt(sum / count);
+  return std::sqrt(sum / all);
+}
+
+double LandmarkPredictions::error(const std::vector<int>& without) const {
+  VectorXd weights = VectorXd::Ones(residuals.cols());
+  weights(without).setZero();
+  return weighted_error(weights);
 }
 
 VectorXd LandmarkPredictions::over_sigma() const {
@@ -147,25 +153,89 @@ VectorXd LandmarkPredictions::over_sigma() const {
   return parts;
 }
 
-LandmarkPredictions predict_displacements(const KnownDisplacements& from, const std::optional<KernelOperator>& kernel,
-                                          double nugget) {
+DisplacementNoise::DisplacementNoise(double variance, const std::vector<MatrixXd>& each, const VectorXd& weights)
+    : variances(weights.size()), covariances(each) {
+  for (Index a = 0; a < weights.size(); ++a) {
+    const double weight = weights[a] > 0 ? weights[a] : 1;
+    variances[a] = variance / weight;
+    if (!covariances.empty()) covariances[static_cast<std::size_t>(a)] /= weight;
+  }
+}
+
+MatrixXd DisplacementNoise::of(Index landmark, Index d) const {
+  if (covariances.empty()) return variances[landmark] * MatrixXd::Identity(d, d);
+  return covariances[static_cast<std::size_t>(landmark)];
+}
+
+namespace {
+
+/// V⁻¹ of the known landmarks: n×n of each axis where the noise is the same on all of them, else dn×dn.
+class InverseCovariance {
+ public:
+  InverseCovariance(const KnownDisplacements& from, const MatrixXd& gram)
+      : d_(from.shape.rows()), is_of_each_axis_(from.noise.covariances.empty()) {
+    MatrixXd v = is_of_each_axis_ ? gram : on_each_axis(gram, d_);
+    for (Index i = 0; i < gram.rows(); ++i) {
+      const Index a = from.known[static_cast<std::size_t>(i)];
+      if (is_of_each_axis_)
+        v(i, i) += from.noise.variances[a];
+      else
+        v.block(i * d_, i * d_, d_, d_) += from.noise.of(a, d_);
+    }
+    inverse_ = v.llt().solve(MatrixXd::Identity(v.rows(), v.cols()));
+  }
+
+  MatrixXd operator*(const MatrixXd& columns) const { return product(inverse_, columns); }
+
+  // Of landmark i with itself, d×d.
+  MatrixXd block(Index i) const {
+    if (is_of_each_axis_) return inverse_(i, i) * MatrixXd::Identity(d_, d_);
+    return inverse_.block(i * d_, i * d_, d_, d_);
+  }
+
+  // CV⁻¹ for C = K of other landmarks and these: m×n of each axis, or dm×dn.
+  MatrixXd weights(const MatrixXd& cross) const {
+    return (is_of_each_axis_ ? cross : on_each_axis(cross, d_)) * inverse_;
+  }
+
+  // Of such weights or of V⁻¹ with columns of dn numbers.
+  MatrixXd product(const MatrixXd& rows, const MatrixXd& columns) const {
+    return is_of_each_axis_ ? times(rows, columns, d_) : MatrixXd(rows * columns);
+  }
+
+  // Of CV⁻¹Cᵀ that of the other landmark i, d×d.
+  MatrixXd explained(const MatrixXd& weights, const MatrixXd& cross, Index i) const {
+    if (is_of_each_axis_) return weights.row(i).dot(cross.row(i)) * MatrixXd::Identity(d_, d_);
+    return weights.middleRows(i * d_, d_) * on_each_axis(cross.row(i), d_).transpose();
+  }
+
+ private:
+  Index d_;
+  bool is_of_each_axis_;
+  MatrixXd inverse_;
+};
+
+}  // namespace
+
+LandmarkPredictions predict_displacements(const KnownDisplacements& from, const std::optional<KernelOperator>& kernel) {
   const Index d = from.shape.rows(), n = std::ssize(from.known), r = from.directions.cols();
+  const auto gram = [&](const Points& x, const Points& y) {
+    return kernel ? kernel->gram(x, y) : MatrixXd(MatrixXd::Zero(x.cols(), y.cols()));
+  };
   const Points shape = from.shape(Eigen::all, from.known);
   const MatrixXd z = from.directions(coordinates_of(from.known, d), Eigen::all);
   const VectorXd y = from.displacements(Eigen::all, from.known).reshaped();
-  MatrixXd v = kernel ? kernel->gram(shape, shape) : MatrixXd(MatrixXd::Zero(n, n));
-  v.diagonal().array() += nugget;
-  const MatrixXd inverse = v.llt().solve(MatrixXd::Identity(n, n));
-  const MatrixXd vz = times(inverse, z, d);  // V⁻¹Z
+  const InverseCovariance inverse(from, gram(shape, shape));
+  const MatrixXd vz = inverse * z;  // V⁻¹Z
   const Eigen::LDLT<MatrixXd> normal(z.transpose() * vz);
   const VectorXd b = r > 0 ? VectorXd(normal.solve(vz.transpose() * y)) : VectorXd(0);
-  const VectorXd py = times(inverse, y - z * b, d);  // Pr
+  const VectorXd py = inverse * MatrixXd(y - z * b);  // Pr
   LandmarkPredictions found{Points::Constant(d, from.shape.cols(), std::nan("")),
                             std::vector<MatrixXd>(static_cast<std::size_t>(from.shape.cols()))};
   found.square = y.dot(py);
   for (Index i = 0; i < n; ++i) {
     const MatrixXd rows = vz.middleRows(i * d, d);
-    MatrixXd block = inverse(i, i) * MatrixXd::Identity(d, d);
+    MatrixXd block = inverse.block(i);
     if (r > 0) block -= rows * normal.solve(rows.transpose());
     const MatrixXd covariance = block.ldlt().solve(MatrixXd::Identity(d, d));
     const Index a = from.known[static_cast<std::size_t>(i)];
@@ -174,17 +244,16 @@ LandmarkPredictions predict_displacements(const KnownDisplacements& from, const 
   }
   const std::vector<Index> rest = others_than(from.known, from.shape.cols());
   if (rest.empty()) return found;
-  const Points others = from.shape(Eigen::all, rest);
-  const MatrixXd cross = kernel ? kernel->gram(others, shape) : MatrixXd(MatrixXd::Zero(others.cols(), n));
-  const MatrixXd weights = cross * inverse;
+  const MatrixXd cross = gram(from.shape(Eigen::all, rest), shape);
+  const MatrixXd weights = inverse.weights(cross);
   const MatrixXd zr = from.directions(coordinates_of(rest, d), Eigen::all);
   const VectorXd predicted = zr * b + times(cross, py, d);
-  const MatrixXd moved = zr - times(weights, z, d);
+  const MatrixXd moved = zr - inverse.product(weights, z);
   for (Index i = 0; i < std::ssize(rest); ++i) {
     const Index a = rest[static_cast<std::size_t>(i)];
     const MatrixXd rows = moved.middleRows(i * d, d);
-    MatrixXd covariance =
-        ((kernel ? kernel->at_zero() : 0) + nugget - weights.row(i).dot(cross.row(i))) * MatrixXd::Identity(d, d);
+    MatrixXd covariance = from.noise.of(a, d) - inverse.explained(weights, cross, i);
+    if (kernel) covariance.diagonal().array() += kernel->at_zero();
     if (r > 0) covariance += rows * normal.solve(rows.transpose());
     found.residuals.col(a) = from.displacements.col(a) - predicted.segment(i * d, d);
     found.covariances[static_cast<std::size_t>(a)] = covariance;
@@ -193,6 +262,21 @@ LandmarkPredictions predict_displacements(const KnownDisplacements& from, const 
 }
 
 namespace {
+
+// In units of the diameter.
+DisplacementNoise noise_of(const Registration& match, const VectorXd& weights) {
+  const double area = std::pow(diameter(match.source.points), 2);
+  std::vector<MatrixXd> each = match.data.covariances;
+  for (MatrixXd& covariance : each) covariance /= area;
+  return {match.sigma * match.sigma / area, each, weights};
+}
+
+// In place of that by which they predict others, as a loss lowers the weights of what is wrong.
+void add_own_noise(LandmarkPredictions& predictions, const std::vector<Index>& known, const DisplacementNoise& among,
+                   const DisplacementNoise& own) {
+  const Index d = predictions.residuals.rows();
+  for (const Index a : known) predictions.covariances[static_cast<std::size_t>(a)] += own.of(a, d) - among.of(a, d);
+}
 
 // In units of the diameter, as fit_displacements() has them: sums of squares stay in the range of numbers.
 std::optional<PredictionOfMatch> predicted_without(const Registration& match, const std::vector<Index>& observed,
@@ -203,21 +287,25 @@ std::optional<PredictionOfMatch> predicted_without(const Registration& match, co
   options.alignment = match.alignment.kind;
   options.sigma = match.sigma;
   options.weights = match.data.weights;
+  options.covariances = match.data.covariances;
+  const VectorXd weights = landmark_weights(match.data.weights, q0.cols());
   const auto model = fit_displacements(q0, hidden(match.target.points, doubted), options);
   if (!model) return std::nullopt;
   std::vector<Index> known;
   for (const Index a : observed)
-    if (!std::binary_search(doubted.begin(), doubted.end(), static_cast<int>(a))) known.push_back(a);
+    if (weights[a] > 0 && !std::binary_search(doubted.begin(), doubted.end(), static_cast<int>(a))) known.push_back(a);
   known = every_few(known);
   std::vector<Index> all(static_cast<std::size_t>(q0.size()));
   std::iota(all.begin(), all.end(), 0);
   const Points shape = q0 / size, displacements = (match.target.points - q0) / size;
   const MatrixXd directions = motion_directions(shape, match.alignment.kind, all);
-  const KnownDisplacements from{shape, displacements, directions, known};
+  const DisplacementNoise noise = noise_of(match, weights);
+  const KnownDisplacements from{shape, displacements, directions, known, noise};
   const double variance = 1 / (model->lambda * size * size);
   const KernelTerm term{model->kernel.profile, model->kernel.alpha / size, variance};
-  PredictionOfMatch found{*model, predict_displacements(from, KernelOperator({term}), std::pow(match.sigma / size, 2)),
-                          predict_displacements(from, std::nullopt, 1)};
+  PredictionOfMatch found{*model, predict_displacements(from, KernelOperator({term})),
+                          predict_displacements(from, std::nullopt)};
+  if (match.robust) add_own_noise(found.predictions, known, noise, noise_of(match, VectorXd::Ones(q0.cols())));
   for (LandmarkPredictions* of : {&found.predictions, &found.aligned}) of->residuals *= size;
   for (MatrixXd& covariance : found.predictions.covariances) covariance *= size * size;
   const Index d = q0.rows();

@@ -67,6 +67,7 @@ double LandmarkVerdicts::concentrated_share() const { return action_share(concen
 LandmarkVerdicts judge_landmarks(const Registration& registration, const LandmarkShares& shares) {
   LandmarkVerdicts verdicts;
   verdicts.residual = registration.residuals_over_sigma();
+  verdicts.weight = registration.robust ? registration.robust->weights : registration.data.weights;
   verdicts.prediction = predict_match(registration);
   if (const auto& prediction = verdicts.prediction) {
     verdicts.predicted = prediction->predictions.over_sigma();

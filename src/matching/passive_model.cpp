@@ -15,8 +15,9 @@ using Eigen::VectorXd;
 // Beside the largest, what a Cholesky factor of the carriers' matrix needs.
 constexpr double kJitter = 1e-11;
 
-// U, UUᵀ nearly the matrix that has these columns.
+// U, UUᵀ nearly the matrix that has these columns; none of them where own noise is so large that there are no carriers.
 MatrixXd root_of(const MatrixXd& columns, const std::vector<Index>& which) {
+  if (which.empty()) return columns;
   MatrixXd square = columns(which, Eigen::all);
   square.diagonal().array() += kJitter * square.diagonal().maxCoeff();
   const Eigen::LLT<MatrixXd> factors(square);

@@ -17,7 +17,8 @@ struct ResidualColumn {
 };
 
 std::vector<ResidualColumn> residual_columns(const matching::Registration& registration,
-                                             const matching::LandmarkShares& shares) {
+                                             const RegistrationFacts& facts) {
+  const matching::LandmarkShares& shares = facts.shares;
   const bool landmarks = registration.data.kind == matching::DataKind::kLandmarks;
   std::vector<ResidualColumn> columns;
   const auto vectors = [&](const char* name, const Points& values) {
@@ -36,7 +37,8 @@ std::vector<ResidualColumn> residual_columns(const matching::Registration& regis
   numbers("energy", shares.energy);
   numbers("action", shares.action);
   numbers("data", shares.data);
-  if (registration.robust) numbers("weight", registration.robust->weights);
+  numbers("predicted_over_sigma", facts.verdicts.predicted);
+  numbers("weight", facts.verdicts.weight);
   if (registration.uncertainty) {
     vectors("result_deviation", registration.uncertainty->end_deviation);
     vectors("momentum_deviation", registration.uncertainty->momentum_deviation);
@@ -47,8 +49,8 @@ std::vector<ResidualColumn> residual_columns(const matching::Registration& regis
 
 }  // namespace
 
-std::string residuals_csv(const matching::Registration& registration, const matching::LandmarkShares& shares) {
-  const std::vector<ResidualColumn> columns = residual_columns(registration, shares);
+std::string residuals_csv(const matching::Registration& registration, const RegistrationFacts& facts) {
+  const std::vector<ResidualColumn> columns = residual_columns(registration, facts);
   const std::vector<std::string>& labels = registration.source.labels;
   text::CsvTable table;
   table.words({"landmark", "label"});

@@ -22,7 +22,8 @@ formats::Json verdicts_json(const matching::Registration& registration, const ma
     list.push_back({{"landmark", registration.source.number(a)},
                     {"residual_over_sigma", value(verdicts.residual, a)},
                     {"predicted_over_sigma", value(verdicts.predicted, a)},
-                    {"action_share", value(verdicts.action_share, a)}});
+                    {"action_share", value(verdicts.action_share, a)},
+                    {"weight", value(verdicts.weight, a)}});
   return list;
 }
 

@@ -168,9 +168,9 @@ TEST_F(RegistrationPictureTest, SpaceIsUnfoldedAndSmallDisplacementsAreMagnified
   draw(picture);
 }
 
-TEST_F(RegistrationPictureTest, ShowsWhereTheNoiseActsAndWhatIsDoubted) {
+TEST_F(RegistrationPictureTest, MapsEnergyAndActionAndShowsWhatIsDoubted) {
   RegistrationPicture picture = example(2, 8, loop(2, 8, 1.3));
-  picture.action_triangles = {{0, 1, 2}, {3, 4, 5}};
+  picture.map_triangles = {{0, 1, 2}, {3, 4, 5}};
   draw(picture);
   EXPECT_FALSE(contains(contents("picture.svg"), "action of the noise"));
   picture.action = Eigen::VectorXd::Zero(8);
@@ -180,13 +180,19 @@ TEST_F(RegistrationPictureTest, ShowsWhereTheNoiseActsAndWhatIsDoubted) {
   const std::string svg = contents("picture.svg");
   EXPECT_TRUE(contains(svg, "action of the noise"));
   EXPECT_TRUE(contains(svg, "doubted by prediction"));
-  // In each panel.
-  EXPECT_GE(svg_parts(svg, "#B03A63").discs.size(), 2U);
+  EXPECT_EQ(svg_parts(svg, "#B03A63").discs.size(), 2U) << "on the result and in the legend";
+  EXPECT_FALSE(contains(svg, "energy of the flow"));
+  picture.energy = Eigen::VectorXd::Ones(8);
+  draw(picture);
+  EXPECT_TRUE(contains(contents("picture.svg"), "energy of the flow"));
   picture.doubted = {8};
   EXPECT_EQ(refusal(picture), "registration picture: the source has no landmark 8");
   picture.doubted = {};
   picture.action[2] = -1;
   EXPECT_EQ(refusal(picture), "registration picture: the action needs a number of 0 or more for each landmark");
+  picture.action[2] = 0;
+  picture.energy = Eigen::VectorXd::Ones(7);
+  EXPECT_EQ(refusal(picture), "registration picture: the energy needs a number of 0 or more for each landmark");
 }
 
 TEST_F(RegistrationPictureTest, SaysWhatIsWrongWithTheTarget) {

@@ -1,5 +1,7 @@
 // J(β) as the noise vanishes.
 
+#include <cmath>
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -68,6 +70,39 @@ TEST(Homotopy, IsTheLowerEnvelopeOfAllBranches) {
   EXPECT_FALSE(steps.back().unmatched.empty());
   EXPECT_TRUE(steps.front().unmatched.empty());
   EXPECT_FALSE(reaches_diffeomorphism(steps));
+}
+
+// Two halves of 300 landmarks that slide along each other, with 13 pairs across the line between them.
+TEST(Homotopy, NamesTheLandmarksThatNoFlowParts) {
+  Points source = Points::Random(2, 600), target = source;
+  source.row(1).head(300) = source.row(1).head(300).cwiseAbs().array() + 0.1;
+  source.row(1).tail(300) = -source.row(1).tail(300).cwiseAbs().array() - 0.1;
+  std::vector<int> pairs;
+  for (int a = 0; a < 13; ++a) {
+    source.col(20 * a) << -1 + a / 6.0, 0;
+    source.col(300 + 20 * a) = source.col(20 * a);
+    pairs.push_back(20 * a);
+  }
+  for (int a = 0; a < 13; ++a) pairs.push_back(300 + 20 * a);
+  target = source;
+  target.row(0).head(300).array() += 0.01;
+  target.row(0).tail(300).array() -= 0.01;
+  EXPECT_EQ(impossible_landmarks(source, target), pairs);
+  EXPECT_EQ(impossible_landmarks(target, source), pairs) << "nor joins";
+  target(0, 0) = std::nan("");
+  EXPECT_EQ(impossible_landmarks(source, target).size(), 24U);
+  EXPECT_TRUE(impossible_landmarks(source, source).empty());
+  EXPECT_EQ(impossible_landmarks(Points{{0, 1, 2, 3, 3}}, Points{{0, 2, 1, 3, 4}}), (std::vector{1, 2, 3, 4}));
+}
+
+// Without carriers, as of landmarks whose own noise is all that counts.
+TEST(Homotopy, FollowsManyLandmarksWithLargeNoise) {
+  const Points source = Points::Random(2, 320);
+  Points target = source;
+  target.row(0).array() += 0.05 * source.row(1).array();
+  RegistrationOptions options = options_with("ch-sd:beta=100");
+  options.grid.steps = 2;
+  EXPECT_TRUE(register_shapes(shape(source), shape(target), options).matched());
 }
 
 // Where the first noise is large, the last still costs some per cent, and ever less: two wings that LDDMM matches.

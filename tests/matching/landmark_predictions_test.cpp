@@ -78,13 +78,23 @@ MatrixXd dense_covariance(const Points& q, const KernelOperator& kernel, double 
 // The prior of the motions is wide, where it is flat in the model: 1e5 times the variance.
 TEST(LandmarkPredictions, AreThoseOfTheConditionalNormalDistribution) {
   Numbers numbers(3);
-  for (const Index d : {2, 3}) {
+  for (const auto& [d, with_covariances] : {std::pair(2, false), {3, false}, {2, true}, {3, true}}) {
     const Points q = numbers(d, 12), r = 0.1 * numbers(d, 12);
+    std::vector<MatrixXd> covariances;
+    for (int a = 0; with_covariances && a < 12; ++a) {
+      const MatrixXd root = 0.03 * numbers(d, d);
+      covariances.emplace_back(root * root.transpose() + 1e-3 * MatrixXd::Identity(d, d));
+    }
+    const VectorXd weights = numbers(12, 1).array().abs() + 0.1;
+    const DisplacementNoise noise(1e-3, covariances, weights);
     const MatrixXd z = motion_directions(q, AlignmentKind::kSimilarity, whole(q.size()));
     const std::vector<Index> known = {0, 1, 2, 4, 5, 7, 8, 10, 11};
     const KernelOperator kernel({{KernelProfile::kMatern32, 0.7, 0.02}});
-    const LandmarkPredictions found = predict_displacements({q, r, z, known}, kernel, 1e-3);
-    const MatrixXd v = dense_covariance(q, kernel, 1e-3) + 2e3 * z * z.transpose();
+    const LandmarkPredictions found = predict_displacements({q, r, z, known, noise}, kernel);
+    MatrixXd v = dense_covariance(q, kernel, 0) + 2e3 * z * z.transpose();
+    for (Index a = 0; a < 12; ++a)
+      v.block(a * d, a * d, d, d) += with_covariances ? MatrixXd(covariances[static_cast<std::size_t>(a)] / weights[a])
+                                                      : MatrixXd(1e-3 / weights[a] * MatrixXd::Identity(d, d));
     for (Index out = 0; out < 12; ++out) {
       std::vector<Index> in, left;
       for (Index i = 0; i < d; ++i) left.push_back(out * d + i);
@@ -134,6 +144,27 @@ TEST(PredictionOfMatch, DoubtsTheLandmarksThatWereMoved) {
     EXPECT_TRUE(std::isnan(predict_match(match)->predictions.over_sigma()[4]));
   }
   EXPECT_EQ(untouched, 20) << "one of a thousand shapes is doubted";
+}
+
+// A landmark of weight 0 predicts no other, and is judged as any other.
+TEST(PredictionOfMatch, IsByTheWeights) {
+  Numbers numbers(12);
+  Registration match = drawn_match(numbers, 2, 20), without = match;
+  match.target.points.col(7).array() += 0.3 * diameter(match.source.points);
+  match.data.weights = VectorXd::Ones(20);
+  match.data.weights[7] = 0;
+  without.target.points.col(7).setConstant(std::nan(""));
+  const auto weighted = predict_match(match), missing = predict_match(without);
+  EXPECT_THAT(weighted->doubted, ElementsAre(7));
+  for (Index a = 0; a < 20; ++a)
+    if (a != 7) {
+      EXPECT_LT((weighted->predictions.residuals.col(a) - missing->predictions.residuals.col(a)).norm(), 1e-12);
+    }
+  // A loss that has all but left it out does not excuse it, as a weight that was given does.
+  match.data.weights[7] = 1e-6;
+  EXPECT_THAT(predict_match(match)->doubted, IsEmpty());
+  match.robust = RobustWeights{"tukey", match.data.weights};
+  EXPECT_THAT(predict_match(match)->doubted, ElementsAre(7));
 }
 
 TEST(PredictionOfMatch, IsUndeterminedBelowEightLandmarksAndForCurves) {

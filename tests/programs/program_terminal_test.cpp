@@ -155,6 +155,20 @@ TEST_F(TerminalProgram, CountsTheMatchesOfAModelOfCompare) {
   EXPECT_THAT(shown.text, EndsWith(kErase));
 }
 
+TEST_F(TerminalProgram, ShowsHowFarAnAuditIs) {
+  std::string shapes = "specimen,landmark,x,y\n";
+  for (int shape = 0; shape < 300; ++shape)
+    for (int i = 0; i < 80; ++i)
+      shapes += fmt::format("s{},{},{},{}\n", shape, i + 1, std::cos(0.08 * i) + 0.01 * std::sin(shape * i + 1.0),
+                            std::sin(0.08 * i) + 0.01 * std::cos(shape + i * i));
+  write("cohort.csv", shapes);
+  const Shown shown = on_terminal(words("audit cohort.csv -o out --fix mended.csv"), {}, " left");
+  EXPECT_EQ(WTERMSIG(shown.status), SIGINT) << shown.text;
+  EXPECT_THAT(shown.text, AllOf(HasSubstr(" % "), HasSubstr("judging"), EndsWith(kErase)));
+  EXPECT_FALSE(std::filesystem::exists("mended.csv"));
+  EXPECT_FALSE(std::filesystem::exists("out/audit.json"));
+}
+
 TEST_F(TerminalProgram, KeepsProgressToTheWidth) {
   const Arguments long_run =
       words("ensemble --q 0,10 --p 4,1 --noise ch-sd:beta=1.5 --samples 100000000 --no-picture -o out");

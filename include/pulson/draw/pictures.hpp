@@ -84,10 +84,11 @@ struct RegistrationPicture {
   std::vector<std::array<int, 3>> triangles{};
   Points surface_before{};  ///< d = 3: its vertices 3×V, with the source
   Points surface_after{};   ///< d = 3: the same with the result
-  /// d = 2: N, how much of the noise's action each landmark has; 0 or more; may be empty
+  /// d = 2: N each, how much of the noise's action and of the flow's energy each landmark has; 0 or more; may be empty
   Eigen::VectorXd action{};
+  Eigen::VectorXd energy{};
   std::vector<std::array<int, 3>>
-      action_triangles{};      ///< d = 2: of source landmarks, shaded by the mean of their action
+      map_triangles{};         ///< d = 2: of landmarks, shaded by the means of their energy and action
   std::vector<int> doubted{};  ///< landmarks of the result that have a ▲
   std::string title;           ///< one line, may be empty
   std::string subtitle;        ///< one line, may be empty
@@ -108,7 +109,8 @@ OutlineKind outline_kind(const Points& points);
 /// Draws a registration: source, target, result, the paths of the landmarks and the deformed grid, as a PNG about 1600
 /// pixels wide and an SVG of the same layout.
 ///
-/// d = 2: the source with the undeformed grid beside the result with the deformed one; paths are coloured by time.
+/// d = 2: the source with the undeformed grid beside the result with the deformed one; paths are coloured by time;
+/// energy is mapped over the source, action over the result.
 /// d = 1: position over time, one colour for each landmark. d = 3: the projections xy, xz and yz.
 /// Groups that are curves by `outline_kind` are outlined; where their landmarks lie too close for marks, only the line
 /// is drawn, and some of the paths. A target that corresponds has the source's groups and outlines, and short lines

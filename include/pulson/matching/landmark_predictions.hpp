@@ -27,8 +27,21 @@ struct LandmarkPredictions {
 
   /// Root mean square of |r_a| over the landmarks that are observed, but for these.
   double error(const std::vector<int>& without = {}) const;
+  /// The same with weights, N; of landmarks of weight 0 nothing is needed.
+  double weighted_error(const Eigen::VectorXd& weights) const;
   /// N, √(r_aᵀC_a⁻¹r_a): of χ_d if the model holds; NaN where not observed.
   Eigen::VectorXd over_sigma() const;
+};
+
+/// How well landmarks were observed.
+struct DisplacementNoise {
+  Eigen::VectorXd variances;                 ///< N, of each coordinate
+  std::vector<Eigen::MatrixXd> covariances;  ///< N of d×d, in place of them; may be empty
+
+  /// σ²/w_a, or R_a/w_a; of weight 0 those of weight 1, as of a landmark that takes no part.
+  DisplacementNoise(double variance, const std::vector<Eigen::MatrixXd>& each, const Eigen::VectorXd& weights);
+
+  Eigen::MatrixXd of(Eigen::Index landmark, Eigen::Index d) const;  ///< d×d
 };
 
 /// Displacements of some landmarks, from which all are predicted.
@@ -37,16 +50,17 @@ struct KnownDisplacements {
   const Points& displacements;        ///< y − q0, d×N; NaN where not observed
   const Eigen::MatrixXd& directions;  ///< Z of the alignment, dN×r
   const std::vector<Eigen::Index>& known;
+  const DisplacementNoise& noise;
 };
 
 /// Universal kriging: each of the known landmarks is predicted from the other known ones, exactly without refitting,
 ///
-///     r_a = (P_aa)⁻¹(Pr)_a,   C_a = (P_aa)⁻¹,   P = V⁻¹ − V⁻¹Z(ZᵀV⁻¹Z)⁻¹ZᵀV⁻¹,   V = K + nugget,
+///     r_a = (P_aa)⁻¹(Pr)_a,   C_a = (P_aa)⁻¹,   P = V⁻¹ − V⁻¹Z(ZᵀV⁻¹Z)⁻¹ZᵀV⁻¹,   V = K + R,
 ///
-/// and every other landmark from all of the known ones. O(n²N) for n known ones.
+/// with R of the noise, and every other landmark from all of the known ones. O(n²N) for n known ones; with covariances
+/// d² times as much or more.
 /// @param kernel none: K = 0, and the alignment alone predicts
-LandmarkPredictions predict_displacements(const KnownDisplacements& from, const std::optional<KernelOperator>& kernel,
-                                          double nugget);
+LandmarkPredictions predict_displacements(const KnownDisplacements& from, const std::optional<KernelOperator>& kernel);
 
 /// A landmark match as prediction sees it.
 struct PredictionOfMatch {
@@ -60,7 +74,8 @@ struct PredictionOfMatch {
 
 /// Predicts each landmark of a match from the others, whatever kernel it was made with: the model is fitted for this
 /// alone, and again without the landmarks that a variance fitted to the others would doubt, as these hide themselves by
-/// widening it. Of more than 512 landmarks every few predict all others.
+/// widening it. Landmarks predict others by their weights; those of a loss do not excuse a landmark that is judged
+/// itself. Of more than 512 landmarks every few predict all others.
 /// @return none for curves, for fewer than 8 landmarks observed, and where the model cannot be fitted
 std::optional<PredictionOfMatch> predict_match(const Registration& registration);
 

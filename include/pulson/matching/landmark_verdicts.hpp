@@ -21,6 +21,7 @@ struct LandmarkVerdicts {
   Eigen::VectorXd residual;      ///< N, Registration::residuals_over_sigma()
   Eigen::VectorXd predicted;     ///< N, LandmarkPredictions::over_sigma(); empty where it is undetermined
   Eigen::VectorXd action_share;  ///< N, fraction of the action; empty where LandmarkShares::action is, or is zero
+  Eigen::VectorXd weight;        ///< N, that of the loss, else that which was given; empty where there is neither
   std::optional<PredictionOfMatch> prediction{};
   PredictionWord word = PredictionWord::kUndetermined;
   /// Whether displacements without a common part are as large as the spacing of the landmarks, as those of landmarks in

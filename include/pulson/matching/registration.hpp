@@ -296,6 +296,11 @@ void require_homotopy(const Landmarks& source, const Landmarks& target, const Re
 /// The last step before the first that is not matched; the end where the first is not.
 std::vector<HomotopyStep>::const_iterator least_needed(const std::vector<HomotopyStep>& steps);
 
+/// Landmarks that no flow takes to their targets exactly, though it may come near: on a line those whose order with
+/// another one differs, in any dimension those at one place with another one in one of the shapes only. O(N²).
+/// @param source, target d×N, NaN where not observed
+std::vector<int> impossible_landmarks(const Points& source, const Points& target);
+
 /// Whether all of them match, and J hardly grows any more at the end.
 bool reaches_diffeomorphism(const std::vector<HomotopyStep>& steps);
 

@@ -46,8 +46,9 @@ matching::Registration read_registration(const std::filesystem::path& path, cons
 matching::Registration registration_of(std::string_view text, const std::string& name, const NoiseTable* own = nullptr);
 
 /// `residuals.csv`: one row per landmark with result and distance; for landmark data also with target and residual; and
-/// with what there is of its shares. A number that is not there, as of a target that was not observed, is NA.
-std::string residuals_csv(const matching::Registration& registration, const matching::LandmarkShares& shares);
+/// with what there is of its shares, its prediction and its weight. A number that is not there, as of a target that was
+/// not observed, is NA.
+std::string residuals_csv(const matching::Registration& registration, const RegistrationFacts& facts);
 
 /// `trajectory.csv`: one row per step and landmark with time, position and momentum.
 std::string trajectory_csv(const matching::Registration& registration, const Trajectory& path);

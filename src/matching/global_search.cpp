@@ -340,7 +340,8 @@ class GlobalSearch {
     record(*recorded, best);
   }
 
-  // Of minima that are known in few steps only, in proportion.
+  // Of minima that are known in few steps only, in proportion; what would then be below the one recorded is no minimum
+  // in all steps, or its search there did not converge.
   void record(const Found& recorded, PathSolution& best) {
     best.minima = {{recorded.refined, recorded.searches, 0}};
     best.others.clear();
@@ -349,7 +350,7 @@ class GlobalSearch {
     };
     std::vector<const Found*> others;
     for (const Found& m : minima_)
-      if (&m != &recorded && m.searches > 0) others.push_back(&m);
+      if (&m != &recorded && m.searches > 0 && (m.refined > 0 || total(m) >= recorded.refined)) others.push_back(&m);
     std::sort(others.begin(), others.end(), [&](const Found* a, const Found* b) { return total(*a) < total(*b); });
     for (const Found* m : others) {
       best.minima.push_back({total(*m), m->searches, recorded.refined - total(*m)});

@@ -21,7 +21,7 @@ void require_observed(const std::vector<Landmarks>& shapes) {
   for (int a = 0; a < shapes.front().count(); ++a)
     if (std::none_of(shapes.begin(), shapes.end(),
                      [a](const Landmarks& shape) { return shape.points.col(a).allFinite(); }))
-      throw InputError(fmt::format("landmark {} is missing in every shape", shapes.front().describe(a)));
+      throw InputError(fmt::format("landmark {} is missing in every shape: leave it out", shapes.front().describe(a)));
 }
 
 // The first of those with the most landmarks.

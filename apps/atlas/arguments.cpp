@@ -30,13 +30,7 @@ void AtlasArguments::add_to(CLI::App& verb) {
                   "fitted; 0: the template is carried onto each shape exactly")
       ->type_name("LENGTH")
       ->capture_default_str();
-  CLI::Option* tukey = verb.add_flag("--robust", robust, "wrong landmarks have no influence: the same as --loss tukey");
-  begin_group(verb, more(kModelGroup));
-  verb.add_option("--loss", loss,
-                  "of each landmark's distance from its prediction by the others, in place of least squares: tukey, "
-                  "cauchy, huber or student, with its constant as in tukey:5")
-      ->type_name("NAME[:K]")
-      ->excludes(tukey);
+  loss.add_to(verb, "of each landmark's distance from its prediction by the others, in place of least squares");
   begin_group(verb, kModelGroup);
   verb.add_option("--noise", noise, "none, or ch-sd:beta=B: metamorphosis, in which landmarks move individually, too")
       ->type_name("SPEC")
@@ -104,8 +98,7 @@ cohort::AtlasOptions AtlasArguments::atlas_options() const {
     asked.sigma = Length::parse(sigma, "--sigma");
     if (!(asked.sigma->in(1) >= 0)) throw InputError(fmt::format("--sigma is {}; it must be 0 or greater", sigma));
   }
-  if (robust) asked.loss = matching::RobustLoss{};
-  if (!loss.empty()) asked.loss = matching::parse_loss(loss);
+  asked.loss = loss.chosen();
   if (align != "auto") asked.align = parse_alignment(align);
   if (asked.align == AlignmentKind::kAffine)
     throw InputError("--align affine: a mean under affine alignment would shrink to a point; use similarity");

@@ -6,6 +6,7 @@
 
 #include "pulson/cohort/atlas.hpp"
 #include "pulson/cohort/statistics.hpp"
+#include "shell/loss_options.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
 
@@ -21,8 +22,7 @@ struct AtlasArguments {
   std::string lambda = matching::atlas_defaults().lambda.value;
   std::string sigma = matching::atlas_defaults().sigma.value;
   std::string noise = "none";
-  std::string loss;  ///< NAME[:K], or empty
-  bool robust = false;
+  LossOptions loss;
   std::string align = matching::atlas_defaults().align.value;
   std::string covariate;   ///< FILE:COLUMN, or empty
   std::string groups;      ///< FILE:COLUMN or a property that the file has, or empty

@@ -62,7 +62,7 @@ struct Files {
         complete("complete", "complete.csv"),
         names{"atlas.json",    template_file.name, "momenta.npy",           "momenta.csv", aligned.name,
               "specimens.csv", "scores.csv",       "procrustes_scores.csv", "modes.csv"} {
-    if (arguments.robust || !arguments.loss.empty() || std::any_of(shapes.begin(), shapes.end(), misses_landmarks)) {
+    if (arguments.loss.chosen() || std::any_of(shapes.begin(), shapes.end(), misses_landmarks)) {
       names.emplace_back("predicted.csv");
       names.push_back(complete.name);
     }

@@ -79,9 +79,11 @@ std::string mended_text(const Finding& finding, const Landmarks& shape) {
         return fmt::format("{} {} set as missing", noun, names);
       return fmt::format("{} {} moved{}", noun, names, finding.slip.empty() ? "" : ": " + finding.slip);
     case Problem::kReversed:
-      return fmt::format("order reversed, {} {}", noun, names);
+      if (finding.landmarks.size() == 1) return fmt::format("order reversed, from landmark {}", names);
+      return fmt::format("landmarks {} reversed", names);
     case Problem::kShifted:
-      return fmt::format("order begins at {} {}", noun, names);
+      if (finding.landmarks.size() == 1) return fmt::format("order begins at landmark {}", names);
+      return fmt::format("landmarks {} shifted", names);
     case Problem::kMirrored:
       return "mirrored";
     case Problem::kUndigitised:

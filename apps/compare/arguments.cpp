@@ -14,6 +14,7 @@
 #include "shell/open_model.hpp"
 #include "shell/options.hpp"
 #include "shell/path_options.hpp"
+#include "weights.hpp"
 
 namespace pulson {
 namespace {
@@ -93,6 +94,11 @@ void CompareArguments::add_to(CLI::App& verb) {
               "digitising error: a length, or per cent of the source's diameter; fit: fitted in each model [{}]",
               matching::compare_defaults().sigma.value))
       ->type_name("LENGTH");
+  loss.add_to(
+      verb,
+      "of each landmark's distance from its prediction by the others, in place of least squares: weights that are "
+      "the same in all models");
+  begin_group(verb, kModelGroup);
   only_known(verb.add_option("--align", align,
                              "transformation removed from each target: none, translation, rigid, similarity, affine; "
                              "auto: similarity about a mean, else none")
@@ -181,6 +187,10 @@ compare::CohortShapes CompareArguments::read(std::vector<std::string>& notes) co
                      : cohort.source ? AlignmentKind::kNone
                                      : AlignmentKind::kSimilarity;
   pulson::compare::merge_coincident(cohort, merge_coincident, notes);
+  if (const auto chosen = loss.chosen(); chosen && !simulate.empty())
+    throw InputError("--loss is for shapes as they are, and --simulate draws them: leave it out");
+  else if (chosen)
+    weigh(*chosen, cohort, notes);
   return cohort;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "pulson/compare/comparison.hpp"
+#include "shell/loss_options.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
 #include "shell/units.hpp"
@@ -25,6 +26,7 @@ struct CompareArguments {
   std::string evidence = "importance";
   std::optional<std::string> sigma;
   std::string lambda = matching::compare_defaults().lambda.value;
+  LossOptions loss;
   compare::CompareOptions options;
   bool no_maps = false;
   bool merge_coincident = false;

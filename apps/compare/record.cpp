@@ -140,6 +140,7 @@ std::string comparison_json(const compare::Comparison& comparison, double second
             {"notes", in_option_words(comparison.notes)},
             {"seconds", seconds},
             {"version", version()}};
+  for (const Eigen::VectorXd& weights : comparison.cohort.weights) json["weights"].push_back(numbers(weights));
   for (const compare::ComparedModel& model : comparison.models) json["models"].push_back(model_json(comparison, model));
   return records::record_text(json);
 }

@@ -21,14 +21,7 @@ void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
                   "fitted first")
       ->type_name("LENGTH")
       ->capture_default_str();
-  CLI::Option* robust =
-      verb.add_flag("--robust", arguments.robust, "wrong landmarks have no influence: the same as --loss tukey");
-  begin_group(verb, more(kModelGroup));
-  verb.add_option("--loss", arguments.loss,
-                  "of landmarks in place of least squares: tukey, cauchy, huber or student, with its constant as in "
-                  "tukey:5; sigma is then fitted, and at least --sigma")
-      ->type_name("NAME[:K]")
-      ->excludes(robust);
+  arguments.loss.add_to(verb, "of landmarks in place of least squares; sigma is then fitted, and at least --sigma");
   reads_file(verb.add_option("--weights", arguments.weights,
                              "csv: a weight for each landmark; its variance is sigma^2 divided by it"));
   reads_file(
@@ -158,11 +151,6 @@ void RegisterArguments::add_to(CLI::App& verb) {
 
 OpenModel RegisterArguments::model() const { return {kernel, noise, sigma, lambda}; }
 
-std::optional<matching::RobustLoss> RegisterArguments::robust_loss() const {
-  if (!robust && loss.empty()) return std::nullopt;
-  return robust ? matching::RobustLoss{} : matching::parse_loss(loss);
-}
-
 bool RegisterArguments::asks_for_cohort() const {
   return !from.empty() || targets.size() != 1 || read_addressed_shapes(targets.front(), reading).shapes.size() > 1;
 }
@@ -198,7 +186,7 @@ matching::RegistrationOptions RegisterArguments::registration_options(const Land
   if (!weights.empty()) asked.data.weights = formats::read_weights(weights, shape, &notes, asked.data.by_order);
   if (!covariances.empty())
     asked.data.covariances = formats::read_covariances(covariances, shape, &notes, asked.data.by_order);
-  asked.loss = robust_loss();
+  asked.loss = loss.chosen();
   check_at_least(asked.samples, 1, "--samples");
   if (asked.minimise.max_iterations < 0)
     throw InputError(fmt::format("--max-iterations is {}; it must not be negative", asked.minimise.max_iterations));

@@ -6,6 +6,7 @@
 #include "matching/defaults.hpp"
 #include "pulson/matching/registration.hpp"
 #include "shell/field_files.hpp"
+#include "shell/loss_options.hpp"
 #include "shell/open_model.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
@@ -36,8 +37,7 @@ struct RegisterArguments {
   std::string curve_ends = "auto";
   std::string weights;      ///< a file, or empty
   std::string covariances;  ///< a file, or empty
-  std::string loss;         ///< a specification, or empty: least squares
-  bool robust = false;
+  LossOptions loss;
   bool homotopy = false;
   std::string image;                 ///< of the source; empty: the one that its file names
   std::optional<double> pixel_size;  ///< of that image
@@ -56,7 +56,6 @@ struct RegisterArguments {
   OpenModel model() const;
 
   /// None: least squares. @throws InputError
-  std::optional<matching::RobustLoss> robust_loss() const;
 
   /// The image of the source, whose size and pixels its frame then has. @throws InputError
   SourceImage source_image(Landmarks& shape, std::vector<std::string>& notes) const;

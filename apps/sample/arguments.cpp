@@ -48,6 +48,10 @@ void SampleArguments::add_to(CLI::App& verb) {
                   "fit: sampled, too " +
                       by_task(&matching::TaskDefaults::lambda))
       ->type_name("NUMBER");
+  loss.add_to(verb,
+              "of landmarks in place of least squares: their weights are found before the chains, and held; sigma is "
+              "then fitted, and at least --sigma; for one target");
+  begin_group(verb, kModelGroup);
   reads_file(verb.add_option("--tree", tree,
                              "a phylogeny in Newick format: SOURCE is the shape at its root, noise moves it along the "
                              "branches, and each TARGET is the shape of the node with its name"));
@@ -142,6 +146,8 @@ inference::PosteriorProblem SampleArguments::problem(const SampleShapes& shapes,
   options.integrator = integrator;
   options.grid = time.grid();
   if (align != "auto") options.align = parse_alignment(align);
+  options.loss = loss.chosen();
+  if (options.loss && !shapes.tree.empty()) throw InputError("--loss is for one target, not for the shapes of --tree");
   model.set_noise(shapes.source, shapes.targets, options);
   inference::PosteriorProblem made =
       shapes.tree.empty()

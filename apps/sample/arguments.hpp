@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "pulson/inference/posterior.hpp"
+#include "shell/loss_options.hpp"
 #include "shell/open_model.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
@@ -34,6 +35,7 @@ struct SampleArguments {
   std::string integrator = matching::sample_defaults().integrator.value;
   std::string align = matching::sample_defaults().align.value;
   std::string tree;  ///< a Newick file, or empty
+  LossOptions loss;
   inference::SamplerOptions sampler;
   int calibrate = 0;  ///< simulations; 0: sample the posterior
   std::string fault;  ///< NAME=FACTOR, or empty

@@ -171,6 +171,7 @@ std::string summary_json(const inference::PosteriorProblem& problem, const infer
     json["tempering"] = {{"powers", draws.powers}, {"exchanged", draws.exchanged}, {"prior_lost", draws.lost_fraction}};
   json["warmup_seconds"] = draws.warmup_seconds;
   json.update(models(problem));
+  if (problem.weights.size() > 0) json["weights"] = std::vector<double>(problem.weights.begin(), problem.weights.end());
   if (!problem.tree.empty()) json["tree"] = tree_rows(problem);
   json.update(sampler_settings(options));
   json["notes"] = in_option_words(notes);

@@ -201,10 +201,7 @@ void place_and_fit(Atlas& atlas, const std::vector<Landmarks>& shapes, const Atl
 void note_suspects(Atlas& atlas) {
   for (const AtlasSpecimen& specimen : atlas.specimens)
     if (const std::vector<int> suspects = specimen.suspects(); !suspects.empty())
-      atlas.notes.push_back(fmt::format("{}: {} {} wrong, of a weight below {}: {}", specimen.shape.source,
-                                        text::counted(suspects.size(), "landmark"),
-                                        suspects.size() == 1 ? "looks" : "look", matching::kSuspectWeight,
-                                        all_listed(specimen.shape, suspects)));
+      atlas.notes.push_back(matching::note_of_suspects(specimen.shape, suspects));
 }
 
 }  // namespace

@@ -16,7 +16,8 @@
 
 namespace pulson::compare {
 
-Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& targets, AlignmentKind alignment) {
+Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& targets, AlignmentKind alignment,
+                   std::vector<Eigen::VectorXd> weights) {
   if (targets.empty()) throw InputError("there is no target; a comparison needs at least one");
   if (!incomplete_points(source.points).empty())
     throw InputError(
@@ -24,13 +25,15 @@ Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& target
                     "must be complete",
                     source.source, source.describe(incomplete_points(source.points).front())));
   require_usable_range(source);
-  Cohort cohort{source, targets, alignment};
-  for (Landmarks& target : cohort.targets) {
+  Cohort cohort{source, targets, alignment, std::move(weights)};
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    Landmarks& target = cohort.targets[i];
+    const Eigen::VectorXd of_target = cohort.weights_of(i);
     require_alike(source, target);
     require_usable_range(target);
-    require_determined(source.points, target.points, alignment, target.source);
+    require_determined(source.points, target.points, alignment, target.source, of_target);
     if (alignment != AlignmentKind::kNone)
-      target.points = align(target.points, source.points, alignment).apply(target.points);
+      target.points = align(target.points, source.points, alignment, {.weights = of_target}).apply(target.points);
   }
   return cohort;
 }
@@ -69,10 +72,15 @@ void merge_into_first(CohortShapes& shapes, const Pair& pair, std::vector<double
 }  // namespace
 
 Cohort CohortShapes::cohort(const std::vector<int>& chosen) const {
+  if (chosen.empty())
+    return make_cohort(source ? *source : procrustes_mean(targets, alignment), targets, alignment, weights);
   std::vector<Landmarks> some;
-  for (const int s : chosen) some.push_back(targets[static_cast<std::size_t>(s)]);
-  const std::vector<Landmarks>& shapes = chosen.empty() ? targets : some;
-  return make_cohort(source ? *source : procrustes_mean(shapes, alignment), shapes, alignment);
+  std::vector<Eigen::VectorXd> of_some;
+  for (const int s : chosen) {
+    some.push_back(targets[static_cast<std::size_t>(s)]);
+    if (!weights.empty()) of_some.push_back(weights[static_cast<std::size_t>(s)]);
+  }
+  return make_cohort(source ? *source : procrustes_mean(some, alignment), some, alignment, std::move(of_some));
 }
 
 void merge_coincident(CohortShapes& shapes, bool merge, std::vector<std::string>& notes) {

@@ -87,7 +87,10 @@ matching::MatchingProblem shape_problem(const Cohort& cohort, const CohortFit& f
           settings.grid,
           cohort.source.points,
           std::make_shared<matching::LandmarkTerm>(
-              matching::LandmarkObservations{cohort.targets[static_cast<std::size_t>(target)].points, sigma, {}, {}}),
+              matching::LandmarkObservations{cohort.targets[static_cast<std::size_t>(target)].points,
+                                             sigma,
+                                             cohort.weights_of(static_cast<std::size_t>(target)),
+                                             {}}),
           sigma,
           fit.lambda,
           {},

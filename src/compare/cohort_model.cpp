@@ -249,8 +249,8 @@ matching::MatchingProblem CohortModel::problem(const posterior::Numbers& numbers
           integrator_,
           settings_.grid,
           cohort_.source.points,
-          std::make_shared<matching::LandmarkTerm>(
-              matching::LandmarkObservations{cohort_.targets[at(shape)].points, sigma_ * numbers.sigma, {}, {}}),
+          std::make_shared<matching::LandmarkTerm>(matching::LandmarkObservations{
+              cohort_.targets[at(shape)].points, sigma_ * numbers.sigma, cohort_.weights_of(at(shape)), {}}),
           sigma_ * numbers.sigma,
           numbers.lambda,
           {},

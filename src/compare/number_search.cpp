@@ -151,8 +151,12 @@ class Search {
   }
 
   static Cohort few_of(const Cohort& cohort) {
-    Cohort few{cohort.source, {}, cohort.alignment};
-    for (int i = 0; i < kFew; ++i) few.targets.push_back(cohort.targets[at(i * std::ssize(cohort.targets) / kFew)]);
+    Cohort few{cohort.source, {}, cohort.alignment, {}};
+    for (int i = 0; i < kFew; ++i) {
+      const std::size_t place = at(i * std::ssize(cohort.targets) / kFew);
+      few.targets.push_back(cohort.targets[place]);
+      if (!cohort.weights.empty()) few.weights.push_back(cohort.weights[place]);
+    }
     return few;
   }
 

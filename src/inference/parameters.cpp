@@ -61,11 +61,25 @@ std::vector<std::string> every_parameter(const AllParameters& all) {
   return names;
 }
 
+namespace {
+
+void note_suspects(const matching::RegistrationProblem& made, PosteriorProblem& problem) {
+  std::vector<int> suspects;
+  for (Eigen::Index a = 0; a < problem.weights.size(); ++a)
+    if (problem.weights[a] < matching::kSuspectWeight) suspects.push_back(static_cast<int>(a));
+  if (suspects.empty()) return;
+  problem.notes.push_back(matching::note_of_suspects(made.target, suspects));
+}
+
+}  // namespace
+
 PosteriorProblem make_specimens(const Landmarks& source, const std::vector<Landmarks>& targets,
                                 matching::RegistrationOptions options, AllParameters& all) {
   if (targets.empty()) throw InputError("there is no target");
   if (options.data.kind != matching::DataKind::kLandmarks)
     throw InputError("the posterior needs landmarks as data: the cost of a curve is no normalised density");
+  if (options.loss && targets.size() > 1)
+    throw InputError(fmt::format("a loss fits sigma to one target, and there are {}; give one", targets.size()));
   options.uncertainty = true;  // so that the mode is that of probabilities
   if (options.integrator == "auto") options.integrator = "heun";
   PosteriorProblem problem;
@@ -78,7 +92,9 @@ PosteriorProblem make_specimens(const Landmarks& source, const std::vector<Landm
       options.lambda = made.matching.lambda;
       if (!options.noise.is_own()) options.noise = made.matching.system.noise->spec();
       problem.notes = made.notes;
+      if (made.robust) problem.weights = made.robust->weights;
     }
+    note_suspects(made, problem);
     if (!made.matching.realisations.empty()) throw InputError("a posterior has no frozen realisations of the noise");
     problem.specimens.push_back(std::move(made.matching));
     problem.sources.push_back(std::move(made.source));

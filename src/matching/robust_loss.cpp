@@ -7,6 +7,8 @@
 #include <ceres/loss_function.h>
 #include <fmt/core.h>
 
+#include "core/landmark_pairs.hpp"
+#include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 
@@ -55,6 +57,12 @@ RobustLoss parse_loss(std::string_view text) {
   if (!(*loss.constant > 0 && std::isfinite(*loss.constant)))
     throw InputError(fmt::format("the constant of loss '{}' must be greater than 0", text));
   return loss;
+}
+
+std::string note_of_suspects(const Landmarks& shape, const std::vector<int>& suspects) {
+  return fmt::format("{}: {} {} wrong, of a weight below {}: {}", shape.source,
+                     text::counted(suspects.size(), "landmark"), suspects.size() == 1 ? "looks" : "look",
+                     kSuspectWeight, all_listed(shape, suspects));
 }
 
 std::string loss_spec(const RobustLoss& loss, Eigen::Index d) {

@@ -131,6 +131,23 @@ TEST(FitCohort, OfANoiseThatVanishesIsThatOfTheGeodesic) {
   EXPECT_EQ(fit_cohort(cohort, "trouve-vialard", settings).log_evidence, fit.log_evidence);
 }
 
+// σ²/w is the variance of a landmark's error: weights of 4 are half of σ, and one of 0 is a landmark that is missing.
+TEST(FitCohort, TakesTheWeightsOfLandmarks) {
+  Cohort cohort = drawn_from("none", 4, 5, 8);
+  CohortSettings settings = cohort_settings();
+  settings.sigma = 0.02;
+  const CohortFit fit = fit_cohort(cohort, "none", cohort_settings());
+  cohort.weights.assign(5, Eigen::VectorXd::Constant(8, 4));
+  EXPECT_NEAR(fit_cohort(cohort, "none", settings).log_evidence, fit.log_evidence, 1e-6);
+  cohort.weights.assign(5, Eigen::VectorXd::Ones(8));
+  cohort.weights[2][3] = 0;
+  const double weighted = fit_cohort(cohort, "none", settings).log_evidence;
+  cohort.weights.clear();
+  EXPECT_GT(std::abs(fit_cohort(cohort, "none", settings).log_evidence - weighted), 0.1);
+  cohort.targets[2].points.col(3).setConstant(std::nan(""));
+  EXPECT_NEAR(fit_cohort(cohort, "none", settings).log_evidence, weighted, 1e-6);
+}
+
 // The upper end is where the evidence of fits with that much noise has fallen by 0.821 nats: twice that is exceeded by
 // χ² of one degree with probability 0.2, and at a bound by half as many cohorts. The share is that of β² beside 1/λ.
 TEST(FitCohort, SaysHowMuchNoiseIsNotExcluded) {

@@ -71,6 +71,28 @@ TEST_F(WrongLandmarks, HaveNoInfluenceOnARobustFit) {
   EXPECT_EQ(run_line("atlas leaves.csv --robust --sigma 0").exit_code, 2);
 }
 
+TEST_F(WrongLandmarks, HaveNoInfluenceOnAComparisonOrAPosterior) {
+  write_leaves(1, [](Points& points) { points.col(9) += Eigen::Vector2d(60, -50); });
+  const std::string quick = "compare leaves.csv --noise none --no-maps --importance 10 --folds 0";
+  const ProgramRun compared = run_line(quick + " --robust");
+  EXPECT_EQ(compared.exit_code, 0) << compared.err;
+  EXPECT_THAT(compared.err, ContainsRegex("note: leaves.csv#2: .* wrong, of a weight below 0.1: .*10"));
+  const auto robust = read_json("out/comparison.json");
+  EXPECT_EQ(robust.at("weights").size(), 8U);
+  EXPECT_EQ(robust.at("weights").at(1).at(9), 0);
+  run_line(quick);
+  const auto plain = read_json("out/comparison.json");
+  EXPECT_LT(robust.at("models").at(0).at("sigma"), 0.5 * plain.at("models").at(0).at("sigma").get<double>());
+  EXPECT_THAT(run_line("compare leaves.csv#1 leaves.csv#2 --robust").err, HasSubstr("there is one; it takes 3"));
+  EXPECT_THAT(run_line("compare leaves.csv --robust --simulate all").err, HasSubstr("--simulate draws them"));
+
+  const ProgramRun sampled = run_line("sample leaves.csv#1 leaves.csv#2 --robust --draws 20 --warmup 10 --searches 1");
+  EXPECT_THAT(sampled.err, HasSubstr("note: leaves.csv#2: 1 landmark looks wrong, of a weight below 0.1: 10"));
+  EXPECT_LT(read_json("out/summary.json").at("weights").at(9), 0.1);
+  EXPECT_THAT(run_line("sample leaves.csv#1 leaves.csv#2 leaves.csv#3 --robust").err,
+              HasSubstr("a loss fits sigma to one target, and there are 2"));
+}
+
 TEST_F(WrongLandmarks, ThatAreExchangedAreNamed) {
   write_leaves(4, [](Points& points) { points.col(9).swap(points.col(16)); });
   for (const std::string line :

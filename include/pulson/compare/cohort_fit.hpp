@@ -19,12 +19,19 @@ struct Cohort {
   Landmarks source;
   std::vector<Landmarks> targets;
   AlignmentKind alignment = AlignmentKind::kNone;  ///< of each target onto the source
+  /// Of the landmarks of each target, N: σ²/w is the variance of their error, in every model, and 0 as if they were
+  /// missing. Empty: all 1.
+  std::vector<Eigen::VectorXd> weights{};
+
+  /// Of one target; of no size where all are 1.
+  Eigen::VectorXd weights_of(std::size_t target) const { return weights.empty() ? Eigen::VectorXd() : weights[target]; }
 };
 
-/// Aligns every target with the source by a transformation of the given kind (see align()); landmarks with a missing
-/// coordinate are ignored. @throws InputError where there is no target, numbers of landmarks or dimensions
-/// differ, or the source has a missing coordinate
-Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& targets, AlignmentKind alignment);
+/// Aligns every target with the source by a transformation of the given kind (see align()), by these weights;
+/// landmarks with a missing coordinate are ignored. @throws InputError where there is no target, numbers of landmarks
+/// or dimensions differ, or the source has a missing coordinate
+Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& targets, AlignmentKind alignment,
+                   std::vector<Eigen::VectorXd> weights = {});
 
 /// The settings that all models of a comparison share.
 struct CohortSettings {

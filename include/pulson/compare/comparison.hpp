@@ -52,6 +52,7 @@ struct CohortShapes {
   std::optional<Landmarks> source{};  ///< none: their Procrustes mean
   std::vector<Landmarks> targets;
   AlignmentKind alignment = AlignmentKind::kNone;
+  std::vector<Eigen::VectorXd> weights{};  ///< Cohort::weights
 
   /// The cohort of some of the targets, all where the list is empty, about the source or the mean of these.
   Cohort cohort(const std::vector<int>& chosen = {}) const;

@@ -35,6 +35,9 @@ using posterior::Branch;
 struct PosteriorProblem {
   std::vector<matching::MatchingProblem> specimens;  ///< at the medians; the data are least squares
   std::vector<Landmarks> sources, targets;           ///< aligned, of the same landmarks
+  /// How far each landmark of the target is believed, N, where there is a loss: found once by the robust fit of the
+  /// linear model and held; σ²κ/w is the variance of its error (matching::LossWeight). Empty: no loss.
+  Eigen::VectorXd weights{};
   /// Of each specimen, what an alignment took out of its data: orthonormal columns in the coordinates observed, dN×k,
   /// of flat prior. Empty: nothing is.
   std::vector<Eigen::MatrixXd> motions;

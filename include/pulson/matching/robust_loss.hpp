@@ -4,8 +4,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <Eigen/Core>
+
+#include "pulson/core/landmarks.hpp"
 
 namespace pulson::matching {
 
@@ -37,6 +40,9 @@ double efficient_constant(LossKind kind, Eigen::Index d);
 
 /// A landmark with less weight looks wrong.
 inline constexpr double kSuspectWeight = 0.1;
+
+/// "a.csv: 2 landmarks look wrong, of a weight below 0.1: 'tip', 7". @param suspects from 0, at least one
+std::string note_of_suspects(const Landmarks& shape, const std::vector<int>& suspects);
 
 /// Medians of χ² with 1, 2 and 3 degrees of freedom: of t² of normal residuals in R^d.
 inline constexpr std::array<double, 3> kMedianSquare = {0.454936, 1.386294, 2.365974};

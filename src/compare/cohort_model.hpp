@@ -63,7 +63,7 @@ class CohortModel {
   const CohortSettings& settings() const { return settings_; }
   const OpenNoise& noise() const { return noise_; }
   const Box& box() const { return box_; }
-  /// Whether nothing is left of the noise where the amplitudes that are fitted are 0.
+  /// Whether there is no noise where the amplitudes that are fitted are 0.
   bool may_lack_noise() const;
 
   /// Where momenta and every channel explain equal shares of what varies.

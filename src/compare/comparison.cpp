@@ -301,7 +301,7 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
         notes.push_back(
             fmt::format("{}: {} has the same effect as sigma, which is fitted: the independent variation of landmarks, "
                         "{:.3g}{}, may "
-                        "be either; only a measured sigma tells them apart, or landmarks that change order",
+                        "be either; only a measured sigma distinguishes them, or landmarks that change order",
                         model.noise, number.name, model.fit.sigma, number.vanishes ? "" : " beside the noise"));
       else if (number.vanishes)
         notes.push_back(fmt::format("{}: the fit sets this noise to zero ({} vanishes)", model.noise, number.name));

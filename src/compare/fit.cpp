@@ -202,7 +202,7 @@ CohortFit record(const CohortModel& cohort, Found found) {
   return fit;
 }
 
-// What is left of a fit that noise does not improve: that of `none`, and the upper ends of the amplitudes.
+// A fit that noise does not improve: that of `none`, with the upper ends of the amplitudes.
 CohortFit without_noise(const CohortModel& cohort, CohortFit fit, const CohortFit& none) {
   const VectorXd x = cohort.place_without_noise(none.fitted);
   const posterior::Numbers numbers = cohort.numbers(x);

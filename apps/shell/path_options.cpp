@@ -10,13 +10,12 @@
 #include "core/atomic_file.hpp"
 #include "formats/formats.hpp"
 #include "formats/shape_address.hpp"
+#include "path_uses.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {
 
 namespace {
-
-enum class PathUse { kFile, kShape, kColumn, kResult, kFolder, kBoth };
 
 std::map<const CLI::Option*, PathUse>& uses() {
   static std::map<const CLI::Option*, PathUse> all;
@@ -45,6 +44,11 @@ CLI::Option* writes_folder(CLI::Option* option) { return declare(option, PathUse
 CLI::Option* reads_and_writes(CLI::Option* option) { return declare(option, PathUse::kBoth, "FILE"); }
 
 bool declares_use(const CLI::Option* option) { return uses().contains(option); }
+
+std::optional<PathUse> path_use(const CLI::Option* option) {
+  const auto found = uses().find(option);
+  return found == uses().end() ? std::nullopt : std::optional(found->second);
+}
 
 void require_declared_paths(const CLI::App& program) {
   for (const CLI::App* verb : program.get_subcommands({}))

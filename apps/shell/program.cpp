@@ -23,6 +23,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "ranks.hpp"
+#include "slicer_module.hpp"
 #include "verbs.hpp"
 
 namespace pulson {
@@ -216,6 +217,7 @@ void add_common_options(CLI::App& verb) {
   begin_group(verb, more(kInputGroup));
   add_verbose_option(verb);
   add_config_options(verb);
+  add_slicer_option(verb);
 }
 
 // --print-config is in place of the work.

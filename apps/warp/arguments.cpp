@@ -75,7 +75,8 @@ struct FileOption {
 const std::vector<FileOption>& file_options() {
   using W = WarpArguments;
   static const std::vector<FileOption> kOptions = {
-      {"--field", &W::field, check_grid, "displacement field (mha, nrrd)", false, true, kMaps},
+      {"--field", &W::field, check_grid,
+       "displacement field (mha, nrrd): of an image, or of landmarks in 3D about these", false, false, kMaps},
       {"--jacobian", &W::jacobian, check_numbers_file,
        "signed Jacobian on the image, as colours (png, svg, pdf) or numbers (tif, mha, nrrd)", true, true, kMaps},
       {"--log-jacobian", &W::log_jacobian, check_numbers_file, "its logarithm to base 2, likewise", true, true, kMaps},
@@ -178,6 +179,7 @@ void WarpArguments::add_to(CLI::App& verb) {
   };
   add_files(kMoreResults);
   add_files(kMaps);
+  verb.add_option("--grid-points", grid_points, "points of --field in 3D along its longest side [41]")->group(kMaps);
   verb.add_flag("--numbers", numbers, "numbers of the landmarks in --side-by-side")->group(more(kMoreResults));
   const std::string more_results = more(kMoreResults);
   add(more_results.c_str(), "--width", width, "width of drawings in mm [about 420]");
@@ -235,6 +237,7 @@ void WarpArguments::check() const {
     throw InputError("--samples makes the mean of pictures, which labels do not have; warp them without it");
   if (inverse && !animate.empty())
     throw InputError("--animate shows the motion to the target; it cannot be combined with --inverse");
+  if (grid_points && field.empty()) throw InputError("--grid-points needs --field");
   if (!like.empty() && !size.empty())
     throw InputError("--like and --size both set the size of the result; give one of them");
   if (!overlay.empty() && like.empty())

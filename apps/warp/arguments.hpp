@@ -46,6 +46,7 @@ struct WarpArguments {
 
   // what else is written
   std::string field;
+  std::optional<int> grid_points;  ///< of a field in space
   std::string jacobian;
   std::string log_jacobian;
   std::string multiplicity;

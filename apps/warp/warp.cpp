@@ -15,7 +15,9 @@
 #include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/path_options.hpp"
+#include "shell/printing.hpp"
 #include "shell/verbs.hpp"
+#include "space_field.hpp"
 
 namespace pulson {
 namespace {
@@ -25,11 +27,14 @@ void run_points(const WarpArguments& arguments, const matching::Registration& re
   const Interrupt until_written;
   const warp::MaterialFlow flow(registration_system(registration), replay(registration),
                                 warp::parse_label_kernel(arguments.labels));
+  check_space_field(arguments, flow);
   WarpedPoints warped = warp_points(flow, registration, arguments);
   warped.figures.seconds = seconds_now() - start;
   write_figures(warped.figures, arguments, nullptr);
+  const std::string field = arguments.field.empty() ? "" : write_space_field(arguments, flow, registration);
   try_to_write(arguments.report, [&] { write_warp_report(warped, flow, registration, arguments); });
   print_figures(warped.figures, arguments, nullptr);
+  if (arguments.json != "-" && verbosity() != Verbosity::kQuiet) print_text("{}", field);
 }
 
 // A map that takes the image elsewhere is a frame that is wrong.
@@ -139,6 +144,8 @@ void run_warp(const WarpArguments& arguments) {
   const bool of_image = is_picture_file(arguments.input);
   run_paths().reads(record_of(arguments), "REGISTRATION");
   arguments.check();
+  if (of_image && arguments.grid_points)
+    throw InputError("--grid-points is for landmarks in 3D; the field of an image has a point for each of its pixels");
   if (of_image)
     check_picture_file(arguments.out);
   else

@@ -1,0 +1,207 @@
+# Templates of cohorts, and regression on them by a formula.
+
+pulson_atlas <- function(shapes, data = NULL, ..., out = NULL) {
+  options <- default_options(list(...))
+  work <- run_folder()
+  on.exit(unlink(work, recursive = TRUE))
+  folder <- result_folder(out, work)
+  call <- if (inherits(shapes, "formula")) shapes_of_formula(shapes, data, parent.frame()) else list(shapes = shapes)
+  if (is.null(call$terms) && !is.null(data))
+    raise("input_error", "data: it is for a formula, as in pulson_atlas(shape ~ log(size), data)")
+  taken <- intersect(names(options), c("covariate", "groups"))
+  if (length(call$terms) > 0 && length(taken) > 0)
+    raise("input_error", sprintf("%s: the formula says it; leave it out", taken[1]))
+  cohort <- shape_argument(call$shapes, "shapes", work)
+  if (!is.null(cohort$shapes) && length(cohort$shapes$points) < 2)
+    raise("input_error", "shapes: there is one specimen; an atlas needs two or more")
+  words <- c("atlas", cohort$words, paste0("--out=", folder), option_words(options))
+  if (length(call$terms) > 0) {
+    words <- c(words, regression_words(call, cohort, work))
+  }
+  printed <- run_program(words, work)
+  atlas_of(folder, printed, call)
+}
+
+# The columns of a formula: each number is a covariate, each factor a grouping; one of each at most, since the program
+# has no more.
+shapes_of_formula <- function(formula, data, frame) {
+  unsupported <- function(...) raise("input_error", paste0("formula: ", sprintf(...)))
+  if (length(formula) != 3) unsupported("shapes are needed on its left, as in shape ~ log(size)")
+  held <- if (is.null(data)) frame else as.list(data)
+  shapes <- tryCatch(eval(formula[[2]], held, environment(formula)), error = function(e)
+    unsupported("%s; its left side is the array of shapes", conditionMessage(e)))
+  right <- tryCatch(terms(formula[-2], data = if (is.null(data)) NULL else as.list(data)[!vapply(data, is.array, NA)]),
+                    error = function(e) unsupported("%s", conditionMessage(e)))
+  if (!is.null(attr(right, "offset"))) unsupported("it has an offset, which an atlas does not")
+  if (attr(right, "intercept") == 0) unsupported("it has no intercept, and the regression of an atlas has one")
+  labels <- attr(right, "term.labels")
+  if (any(attr(right, "order") > 1))
+    unsupported("%s is an interaction; an atlas has main effects alone", labels[attr(right, "order") > 1][1])
+  values <- lapply(labels, function(label) {
+    value <- tryCatch(eval(str2lang(label), held, environment(formula)), error = function(e)
+      unsupported("%s%s", conditionMessage(e), if (grepl("'size'|'Csize'", conditionMessage(e)))
+        "; centroid_size(shapes) computes it" else ""))
+    if (is.matrix(value) && ncol(value) == 1) value <- value[, 1]
+    if (is.numeric(value) && is.null(dim(value))) return(value)
+    if (is.factor(value) || is.character(value) || is.logical(value)) return(factor(value))
+    unsupported("%s is a %s; a column of numbers or a factor is needed", label, class(value)[1])
+  })
+  names(values) <- labels
+  list(shapes = shapes, terms = values)
+}
+
+regression_words <- function(call, cohort, work) {
+  refuse <- function(...) raise("input_error", paste0("formula: ", sprintf(...)))
+  if (is.null(cohort$shapes)) refuse("its left side is a file; pulson_read() makes an array of it")
+  is_group <- vapply(call$terms, is.factor, NA)
+  if (sum(is_group) > 1 || sum(!is_group) > 1)
+    refuse("it has %d %s; an atlas has one covariate and one grouping, each fitted by itself",
+           max(sum(is_group), sum(!is_group)), if (sum(is_group) > 1) "factors" else "covariates")
+  count <- length(cohort$shapes$points)
+  table <- data.frame(specimen = cohort$shapes$names, check.names = FALSE)
+  for (term in names(call$terms)) {
+    value <- call$terms[[term]]
+    if (length(value) != count) refuse("%s has %d values for %d specimens", term, length(value), count)
+    known <- names(value)
+    if (!is.null(known) && !identical(known, cohort$shapes$names)) {
+      if (!setequal(known, cohort$shapes$names) || anyDuplicated(known)) {
+        note(sprintf("the names of %s are not those of the specimens: its values are taken by their order", term))
+      } else {
+        value <- value[match(cohort$shapes$names, known)]
+      }
+    }
+    if (is.numeric(value) && any(is.infinite(value))) refuse("%s has an infinite value", term)
+    table[[if (is.factor(value)) "group" else "covariate"]] <-
+      if (is.factor(value)) as.character(value) else ifelse(is.na(value), "NA", sprintf("%.17g", value))
+  }
+  if (sum(is_group) == 1 && sum(!is_group) == 1)
+    note("covariate and groups are each fitted by itself, not one given the other")
+  path <- file.path(work, "data.csv")
+  connection <- file(path, "wb", encoding = "bytes")
+  cells <- lapply(table, function(column) paste0("\"", gsub("\"", "\"\"", enc2utf8(as.character(column))), "\""))
+  cells$covariate <- table$covariate
+  text <- c(paste(names(cells), collapse = ","), do.call(paste, c(cells, sep = ",")))
+  writeLines(text, connection, useBytes = TRUE)
+  close(connection)
+  c(if (any(!is_group)) paste0("--covariate=", path, ":covariate"),
+    if (any(is_group)) paste0("--groups=", path, ":group"),
+    if (anyDuplicated(cohort$shapes$names)) "--by-order")
+}
+
+atlas_of <- function(folder, printed, call) {
+  record <- read_record(file.path(folder, "atlas.json"))
+  values <- record$values
+  scores <- read_table(file.path(folder, "scores.csv"))
+  specimens <- read_table(file.path(folder, "specimens.csv"))
+  aligned <- read_table(file.path(folder, "aligned.csv"))
+  labels <- template_labels(folder)
+  names <- specimens$specimen
+  template <- as_points(values$template, labels)
+  momenta <- aperm(read_npy(file.path(folder, "momenta.npy")), c(2, 3, 1))
+  dimnames(momenta) <- list(labels, axis_names(dim(momenta)[2]), names)
+  mode_names <- function(matrix) {
+    matrix <- as.matrix(matrix)
+    dimnames(matrix) <- list(names, paste0("PC", seq_len(ncol(matrix))))
+    matrix
+  }
+  result <- list(template = template, specimens = specimens, momenta = momenta,
+                 modes = list(eigenvalues = values$modes$eigenvalues, scores = mode_names(values$modes$scores)),
+                 procrustes = list(mean = as_points(values$procrustes$mean),
+                                   eigenvalues = values$procrustes$eigenvalues,
+                                   scores = mode_names(values$procrustes$scores)),
+                 aligned = table_points(aligned, names, labels), kernel = values$kernel, lambda = values$lambda,
+                 sigma = values$sigma, converged = values$converged, regression = values$regression,
+                 groups = values$groups, terms = call$terms, record = values, printed = printed)
+  covariate <- Filter(Negate(is.factor), call$terms)
+  if (length(covariate) == 1) result$regression$covariate <- names(covariate)
+  if (!is.null(result$regression)) {
+    result$regression$slope <- as_points(result$regression$slope, labels)
+    result$regression$intercept <- as_points(result$regression$intercept, labels)
+  }
+  grouping <- Filter(is.factor, call$terms)
+  if (length(grouping) == 1) result$groups$term <- names(grouping)
+  if (!is.null(scores$group)) result$group <- scores$group
+  complete <- file.path(folder, "complete.csv")
+  if (file.exists(complete)) {
+    result$complete <- table_points(read_table(complete), names, labels)
+    result$predicted <- read_table(file.path(folder, "predicted.csv"))
+  }
+  structure(result, class = "pulson_atlas")
+}
+
+template_labels <- function(folder) {
+  path <- file.path(folder, "template.json")
+  if (!file.exists(path)) return(NULL)
+  held <- jsonlite::fromJSON(read_record(path)$text, simplifyDataFrame = FALSE)
+  held$shapes[[1]]$labels
+}
+
+# A table of the columns x, y, z, a row for each landmark of each specimen in turn.
+table_points <- function(table, names, labels) {
+  axes <- intersect(c("x", "y", "z"), names(table))
+  count <- nrow(table) / length(names)
+  points <- array(unlist(table[axes], use.names = FALSE), c(count, length(names), length(axes)))
+  points <- aperm(points, c(1, 3, 2))
+  dimnames(points) <- list(if (length(labels) == count) labels, axis_names(length(axes)), names)
+  points
+}
+
+# The momenta of one standard deviation along a mode: scores are coordinates in the momenta of the modes.
+mode_momenta <- function(atlas, mode) {
+  if (!is.numeric(mode) || length(mode) != 1 || !mode %in% seq_along(atlas$modes$eigenvalues))
+    raise("input_error", sprintf("mode: a number from 1 to %d is needed", length(atlas$modes$eigenvalues)))
+  scores <- atlas$modes$scores[, mode]
+  unit <- apply(atlas$momenta, c(1, 2), function(p) sum(p * scores)) / sum(scores^2)
+  unit * sqrt(atlas$modes$eigenvalues[mode])
+}
+
+pulson_mode <- function(atlas, mode = 1, sd = 2) {
+  if (!inherits(atlas, "pulson_atlas")) raise("input_error", "atlas: what pulson_atlas() returns is needed")
+  if (!is.numeric(sd) || length(sd) != 1 || !is.finite(sd))
+    raise("input_error", "sd: a number of standard deviations is needed")
+  if (atlas$record$noise != "none")
+    raise("input_error", "atlas: its modes are of a metamorphosis; shapes along them are drawn by the program alone (out = FOLDER, no_picture = FALSE)")
+  shot(atlas, sd * mode_momenta(atlas, mode))
+}
+
+# The end of the geodesic from the template, by the steps of the atlas.
+shot <- function(atlas, momenta) {
+  work <- run_folder()
+  on.exit(unlink(work, recursive = TRUE))
+  shape <- write_shapes(list(points = list(atlas$template)), file.path(work, "template.json"))
+  p <- write_shapes(list(points = list(plain_points(matrix(momenta, nrow(momenta))))), file.path(work, "momenta.json"))
+  out <- file.path(work, "path")
+  run_program(c("simulate", paste0("--shape=", shape), paste0("--momenta=", p), paste0("--kernel=", atlas$kernel),
+                "--noise=none", "--integrator=rk4", "--time=1", paste0("--steps=", atlas$record$steps),
+                "--no-picture", "--quiet", paste0("--out=", out)), work)
+  path <- read_table(file.path(out, "paths.csv"))
+  last <- path[path$time == max(path$time), ]
+  as_points(as.matrix(last[grep("^q", names(last))]), rownames(atlas$template))
+}
+
+print.pulson_atlas <- function(x, ...) {
+  cat(sprintf("Atlas of %d shapes of %d landmarks in %dD by pulson\n", nrow(x$specimens), nrow(x$template),
+              ncol(x$template)))
+  cat(sprintf("model    kernel %s, lambda %.4g, sigma %.4g\n", short_spec(x$kernel), x$lambda, x$sigma))
+  parts <- x$modes$eigenvalues / sum(x$modes$eigenvalues)
+  shown <- seq_len(min(5, length(parts)))
+  cat(sprintf("modes    %s %% of the variance\n", paste(sprintf("%.1f", 100 * parts[shown]), collapse = ", ")))
+  if (!is.null(x$regression))
+    cat(sprintf("on %s  R2 %s, p %s (%d permutations)\n", x$regression$covariate, four(x$regression$r_squared),
+                four(x$regression$p_value), x$regression$permutations))
+  if (!is.null(x$groups))
+    cat(sprintf("groups   %s: R2 %s, p %s (%d permutations)\n",
+                if (is.null(x$groups$term)) paste(x$groups$names, collapse = ", ") else x$groups$term,
+                four(x$groups$r_squared), four(x$groups$p_value), x$groups$permutations))
+  if (!is.null(x$predicted))
+    cat(sprintf("missing  %d landmarks of %d specimens are predicted: $complete, $predicted\n", nrow(x$predicted),
+                length(unique(x$predicted$specimen))))
+  if (!isTRUE(x$converged)) cat("NOT CONVERGED\n")
+  invisible(x)
+}
+
+four <- function(x) if (is.null(x) || is.na(x)) "NA" else format(x, digits = 4)
+
+summary.pulson_atlas <- function(object, ...) summary_of(object)
+
+as.data.frame.pulson_atlas <- function(x, ...) cbind(x$specimens, as.data.frame(x$modes$scores, row.names = NULL))

@@ -1,0 +1,120 @@
+# Each function gives what the program gives of the same numbers in other files, to the last digit.
+source("helpers.R")
+
+folder <- tempfile("program")
+dir.create(folder)
+at <- function(...) file.path(folder, ...)
+keys <- function(a, b, names) for (name in names) same(a[[name]], b[[name]], name)
+
+# ---- register and warp, with names and a missing landmark
+source <- leaves[, , 1]
+target <- leaves[, , 2]
+rownames(source) <- rownames(target) <- paste("point", seq_len(nrow(source)))
+target[5, ] <- NA
+utils::write.csv(write_csv(source), at("a.csv"), row.names = FALSE)
+utils::write.csv(write_csv(target), at("b.csv"), row.names = FALSE)
+fit <- quietly(pulson_register(source, target, noise = "ch-sd:beta=2%"))
+stopifnot(program("register", at("a.csv"), at("b.csv"), "--noise", "ch-sd:beta=2%", "-o", at("fit"),
+                  "--no-picture")$code == 0)
+plain <- record(at("fit", "registration.json"))
+keys(fit$record, plain, c("momenta", "result", "rms", "kernel", "lambda", "sigma", "target", "increments", "matched"))
+same(fit$cost, unlist(plain$cost))
+same(fit$momenta, plain$momenta)
+stopifnot(inherits(fit, "pulson_registration"), identical(rownames(fit$momenta), rownames(source)),
+          nrow(as.data.frame(fit)) == 19)
+same(as.data.frame(fit)$distance, column(at("fit", "residuals.csv"), "distance"))
+grid <- as.matrix(expand.grid(x = c(0.1, 200, 300), y = c(50, 1 / 3)))
+utils::write.csv(write_csv(grid), at("grid.csv"), row.names = FALSE)
+moved <- pulson_warp(fit, grid)
+stopifnot(program("warp", at("fit", "registration.json"), at("grid.csv"), "-o", at("moved.csv"))$code == 0,
+          identical(dimnames(moved), dimnames(grid)))
+same(moved, c(column(at("moved.csv"), "x"), column(at("moved.csv"), "y")))
+saved <- tempfile()
+saveRDS(fit, saved)
+same(pulson_warp(readRDS(saved), grid), moved)
+three <- array(c(grid, grid + 1), c(6, 2, 2), list(NULL, c("x", "y"), c("p", "q")))
+same(quietly(pulson_warp(fit, three))[, , "p"], moved)
+cohort <- quietly(pulson_register(leaves[, , 1], leaves[, , 2:3], kernel = "gaussian:alpha=100", lambda = 1e-4))
+stopifnot(inherits(cohort, "pulson_cohort"), identical(as.data.frame(cohort)$specimen, c("leaf_2", "leaf_3")))
+one <- quietly(pulson_register(leaves[, , 1], leaves[, , 3], kernel = "gaussian:alpha=100", lambda = 1e-4))
+same(cohort$registrations$leaf_3$momenta, one$momenta)
+
+# ---- atlas with a formula
+size <- centroid_size(leaves)
+form <- rep(c("long, thin", "wide"), 4)
+called <- quietly(pulson_atlas(coords ~ log(size) + form, list(coords = leaves, size = size, form = factor(form)),
+                               permutations = 99))
+write_cohort(leaves, at("leaves.csv"))
+utils::write.csv(data.frame(specimen = dimnames(leaves)[[3]], covariate = sprintf("%.17g", log(size)), group = form),
+                 at("data.csv"), row.names = FALSE)
+stopifnot(program("atlas", at("leaves.csv"), "-o", at("atlas"), "--no-picture", "--permutations", "99", "--covariate",
+                  paste0(at("data.csv"), ":covariate"), "--groups", paste0(at("data.csv"), ":group"))$code == 0)
+plain <- record(at("atlas", "atlas.json"))
+keys(called$record, plain, c("template", "kernel", "lambda", "sigma"))
+same(called$modes$scores, plain$modes$scores)
+same(called$procrustes$scores, plain$procrustes$scores)
+same(called$regression$r_squared, plain$regression$r_squared)
+same(called$regression$p_value, plain$regression$p_value)
+same(called$groups$p_value, plain$groups$p_value)
+third <- utils::read.csv(at("atlas", "momenta.csv"))$specimen == "leaf_3"
+same(called$momenta[, "X", "leaf_3"], column(at("atlas", "momenta.csv"), "px")[third])
+same(called$momenta[, "Y", "leaf_3"], column(at("atlas", "momenta.csv"), "py")[third])
+stopifnot(identical(rownames(called$modes$scores), dimnames(leaves)[[3]]), called$regression$covariate == "log(size)",
+          called$groups$term == "form", identical(called$group, form),
+          ncol(as.data.frame(called)) == ncol(called$specimens) + ncol(called$modes$scores))
+fails(pulson_atlas(leaves ~ size * form), "pulson_input_error", "interaction")
+fails(pulson_atlas(leaves ~ size + log(size)), "pulson_input_error", "2 covariates")
+fails(pulson_atlas(leaves ~ size + offset(size)), "pulson_input_error", "offset")
+fails(pulson_atlas(leaves ~ size - 1), "pulson_input_error", "intercept")
+fails(pulson_atlas(~ size), "pulson_input_error", "shape ~ log(size)")
+fails(pulson_atlas(leaves ~ size[1:3]), "pulson_input_error", "3 values for 8 specimens")
+fails(pulson_atlas(leaves ~ nothing), "pulson_input_error", "'nothing' not found")
+fails(pulson_atlas(leaves, list(size = size)), "pulson_input_error", "it is for a formula")
+# A mode is what the atlas shoots: its ends are those of the program's picture, a standard deviation that of the scores.
+ends <- pulson_mode(called, 1, 1)
+norm <- sum((ends - called$template)^2)
+stopifnot(all.equal(stats::var(called$modes$scores[, 1]), called$modes$eigenvalues[1]), norm > 0,
+          max(abs(pulson_mode(called, 1, 0) - called$template)) < 1e-9)
+broken <- leaves
+broken[4, , 6] <- NA
+filled <- quietly(pulson_atlas(broken))
+stopifnot(filled$predicted$specimen == "leaf_6", !anyNA(filled$complete))
+same(filled$complete[-4, , ], leaves[-4, , ])
+
+# ---- compare, audit, sample
+models <- c("none", "trouve-vialard:sigma=20")
+called <- quietly(pulson_compare(leaves[, , 1:3], noise = models, sigma = 0.5, seed = 3))
+write_cohort(leaves[, , 1:3], at("three.csv"))
+stopifnot(program("compare", at("three.csv"), "-o", at("compare"), "--no-picture", "--noise", models[1], "--noise",
+                  models[2], "--sigma", "0.5", "--seed", "3")$code == 0)
+same(called$models$log_evidence, column(at("compare", "models.csv"), "log_evidence"))
+same(called$best, record(at("compare", "comparison.json"))$best)
+wrong <- leaves
+wrong[c(3, 12), , 5] <- wrong[c(12, 3), , 5]
+called <- quietly(pulson_audit(wrong, fix = TRUE))
+write_cohort(wrong, at("wrong.csv"))
+stopifnot(program("audit", at("wrong.csv"), "-o", at("audit"), "--no-picture")$code == 0)
+same(called$findings$log_ratio, column(at("audit", "audit.csv"), "log_ratio"))
+stopifnot(called$findings$kind == "exchanged", called$findings$specimen == "leaf_5")
+same(called$mended, leaves)
+stopifnot(nrow(quietly(pulson_audit(leaves))$findings) == 0)
+pair <- list(matrix(c(0, 1), 2), matrix(c(0.1, 1.2), 2))
+options <- list(noise = "ch-sd:beta=0.3", sigma = 0.1, lambda = 1, kernel = "gaussian:alpha=0.5", warmup = 50, draws = 50,
+                chains = 2)
+called <- quietly(do.call(pulson_sample, c(pair, options)))
+utils::write.csv(write_csv(pair[[1]]), at("p.csv"), row.names = FALSE)
+utils::write.csv(write_csv(pair[[2]]), at("q.csv"), row.names = FALSE)
+words <- unlist(Map(function(name, value) c(paste0("--", name), value), names(options), options))
+plain <- program("sample", at("p.csv"), at("q.csv"), "-o", at("sample"), words, "--no-picture")
+stopifnot(plain$code %in% c(0, 3))
+for (name in names(called$draws)) same(called$draws[[name]], column(at("sample", "draws.csv"), name), name)
+stopifnot(length(dim(called$momenta)) >= 3, nrow(called$parameters) > 0)
+
+# ---- what is printed and drawn
+grDevices::pdf(tempfile(fileext = ".pdf"))
+for (one in list(fit, cohort, filled, called, quietly(pulson_audit(wrong)))) {
+  stopifnot(length(utils::capture.output(print(one))) > 0, length(utils::capture.output(print(summary(one)))) > 0)
+  plot(one)
+}
+plot(filled, "mode")
+invisible(grDevices::dev.off())

@@ -175,27 +175,28 @@ def check_register_and_warp(xml):
     assert fits[0]["matched"]
 
     panel = {"registration": "fit/registration.json", "input": "source.mrk.json", "out": "moved.mrk.json",
-             "field": "field.nrrd"}
+             "field": "field.nrrd", "grid_points": "17"}
     run(*call("warp", xml["warp"], panel))
     moved = read_markups("moved.mrk.json")
     rms = numpy.sqrt(numpy.mean(numpy.sum((moved - target) ** 2, axis=1)))
-    assert rms < 0.05 * numpy.sqrt(numpy.mean(numpy.sum((source - target) ** 2, axis=1))), rms
+    assert abs(rms - fits[0]["rms"]) < 1e-9 and rms < fits[0]["sigma"], (rms, fits[0]["rms"])
     # The field leads from what was moved back to where it was, and the other one there.
     back = displaced(read_field("field.nrrd"), moved)
-    assert numpy.abs(back - source).max() < 0.2, numpy.abs(back - source).max()
+    assert numpy.abs(back - source).max() < 1, numpy.abs(back - source).max()
     run(*call("warp", xml["warp"], {**panel, "inverse": "true", "input": "target.mrk.json", "out": "back.mrk.json",
                                     "field": "forward.nrrd"}))
     there = displaced(read_field("forward.nrrd"), source)
-    assert numpy.abs(there - moved).max() < 0.2, numpy.abs(there - moved).max()
+    assert numpy.abs(there - moved).max() < 1, numpy.abs(there - moved).max()
     # Finer, and nearer: the rest is interpolation.
-    run(*call("warp", xml["warp"], {**panel, "grid_points": "81", "field": "fine.nrrd"}))
+    run(*call("warp", xml["warp"], {**panel, "grid_points": "33", "field": "fine.nrrd"}))
     fine = numpy.abs(displaced(read_field("fine.nrrd"), moved) - source).max()
     assert fine < 0.4 * numpy.abs(back - source).max(), (fine, numpy.abs(back - source).max())
 
     # The same in RAS, of both: the field is in LPS whatever the lists are in.
     write_markups("source_ras.mrk.json", source, "RAS")
     run("register", "source_ras.mrk.json", "target.mrk.json", "-o", "ras", "--no-picture")
-    run("warp", "ras/registration.json", "source.mrk.json", "-o", "moved_ras.mrk.json", "--field", "ras.nrrd")
+    run("warp", "ras/registration.json", "source.mrk.json", "-o", "moved_ras.mrk.json", "--field", "ras.nrrd",
+        "--grid-points", "17")
     assert numpy.allclose(read_markups("moved_ras.mrk.json"), moved, atol=1e-6)
     assert numpy.allclose(displaced(read_field("ras.nrrd"), moved), back, atol=1e-4)
 

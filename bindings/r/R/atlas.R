@@ -92,7 +92,7 @@ atlas_of <- function(folder, printed, call) {
   record <- read_record(file.path(folder, "atlas.json"))
   values <- record$values
   scores <- read_table(file.path(folder, "scores.csv"))
-  specimens <- read_table(file.path(folder, "specimens.csv"))
+  specimens <- read_table(file.path(folder, "specimens.csv"), "converged")
   aligned <- read_table(file.path(folder, "aligned.csv"))
   labels <- template_labels(folder)
   names <- specimens$specimen

@@ -49,10 +49,8 @@ exact_numbers <- function(text) {
 
 text_columns <- c("specimen", "label", "name", "folder", "group", "source", "kind", "noise", "asked", "first", "second",
                   "detail", "error", "landmarks")
-truth_columns <- c("converged", "matched")
-
-# A table of the program: texts, numbers to the last digit, and TRUE for 1 where that is meant.
-read_table <- function(path) {
+# A table of the program: texts, numbers to the last digit, and TRUE for 1 in the columns `truths`.
+read_table <- function(path, truths = character()) {
   lines <- readLines(path, encoding = "UTF-8", warn = FALSE)
   skip <- if (length(lines) > 0 && startsWith(lines[1], "#")) 1 else 0
   table <- read.csv(path, check.names = FALSE, encoding = "UTF-8", comment.char = "", colClasses = "character",
@@ -61,7 +59,7 @@ read_table <- function(path) {
     value <- table[[name]]
     if (!all(is.na(value) | grepl("^-?[0-9]+([.][0-9]+)?([eE][-+]?[0-9]+)?$", value))) next
     table[[name]] <- exact_numbers(value)
-    if (name %in% truth_columns) table[[name]] <- table[[name]] == 1
+    if (name %in% truths) table[[name]] <- table[[name]] == 1
   }
   table
 }

@@ -76,7 +76,7 @@ parameter_table <- function(parameters) {
 
 print.pulson_comparison <- function(x, ...) {
   cat(sprintf("Comparison of %d noise models by pulson; best: %s\n", nrow(x$models), short_spec(x$best)))
-  shown <- intersect(c("noise", "log_evidence", "log_evidence_error", "difference", "difference_error", "probability"),
+  shown <- intersect(c("noise", "log_evidence", "log_evidence_error", "difference", "difference_error", "weight"),
                      names(x$models))
   table <- x$models[shown]
   table$noise <- vapply(table$noise, short_spec, "")

@@ -15,7 +15,7 @@ pulson_register <- function(source, target = NULL, ..., out = NULL) {
     return(registration_of(record, read_table(file.path(folder, "residuals.csv")), printed))
   }
   record <- read_record(file.path(folder, "cohort.json"))
-  specimens <- read_table(file.path(folder, "cohort.csv"))
+  specimens <- read_table(file.path(folder, "cohort.csv"), c("converged", "matched"))
   registrations <- lapply(setNames(specimens$folder, specimens$specimen), function(name) {
     at <- file.path(folder, name)
     if (is.na(name) || !file.exists(file.path(at, "registration.json"))) return(NULL)  # of a shape that failed

@@ -18,11 +18,15 @@ import numpy
 
 PROGRAM, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 VERBS = ["register", "warp", "atlas", "audit"]
+MODULES = {"register": "PulsonRegister", "warp": "PulsonWarpPoints", "atlas": "PulsonAtlas", "audit": "PulsonAudit"}
 ALWAYS = {"integer", "float", "double", "string-enumeration"}
 
 
-def run(*words, code=0):
-    done = subprocess.run([PROGRAM, *words], capture_output=True, text=True)
+def run(*words, code=0, module=False):
+    """The program; as a module through the script that Slicer finds, with Slicer's libraries in the way."""
+    command = [os.path.join(SOURCE, "bindings", "slicer", MODULES[words[0]]), *words[1:]] if module else [PROGRAM, *words]
+    environment = {**os.environ, "PULSON": PROGRAM, "LD_LIBRARY_PATH": "/nowhere"}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment if module else None)
     assert done.returncode == code, (words, done.returncode, done.stderr)
     return done
 
@@ -129,7 +133,7 @@ def check_descriptions():
     schema = os.path.join(SOURCE, "tests", "slicer", "module_description.rng")
     is_valid = shutil.which("xmllint") is not None
     for verb in VERBS:
-        done = run(verb, "--xml")
+        done = run(verb, "--xml", module=True)
         assert done.stderr == "", done.stderr
         xml[verb] = done.stdout
         with open(f"{verb}.xml", "w") as file:
@@ -164,7 +168,7 @@ def check_register_and_warp(xml):
     # What is in the panel at first; a mark of missing landmarks takes several values, and must not take the arguments.
     panel = {"source": "source.mrk.json", "target": "target.mrk.json", "out": "fit", "missing": "9999",
              "no_picture": "true"}
-    run(*call("register", xml["register"], panel))
+    run(*call("register", xml["register"], panel), module=True)
     run("register", "source.mrk.json", "target.mrk.json", "-o", "plain", "--no-picture")
     fits = []
     for folder in ("fit", "plain"):
@@ -176,7 +180,7 @@ def check_register_and_warp(xml):
 
     panel = {"registration": "fit/registration.json", "input": "source.mrk.json", "out": "moved.mrk.json",
              "field": "field.nrrd", "grid_points": "17"}
-    run(*call("warp", xml["warp"], panel))
+    run(*call("warp", xml["warp"], panel), module=True)
     moved = read_markups("moved.mrk.json")
     rms = numpy.sqrt(numpy.mean(numpy.sum((moved - target) ** 2, axis=1)))
     assert abs(rms - fits[0]["rms"]) < 1e-9 and rms < fits[0]["sigma"], (rms, fits[0]["rms"])
@@ -184,11 +188,11 @@ def check_register_and_warp(xml):
     back = displaced(read_field("field.nrrd"), moved)
     assert numpy.abs(back - source).max() < 1, numpy.abs(back - source).max()
     run(*call("warp", xml["warp"], {**panel, "inverse": "true", "input": "target.mrk.json", "out": "back.mrk.json",
-                                    "field": "forward.nrrd"}))
+                                    "field": "forward.nrrd"}), module=True)
     there = displaced(read_field("forward.nrrd"), source)
     assert numpy.abs(there - moved).max() < 1, numpy.abs(there - moved).max()
     # Finer, and nearer: the rest is interpolation.
-    run(*call("warp", xml["warp"], {**panel, "grid_points": "33", "field": "fine.nrrd"}))
+    run(*call("warp", xml["warp"], {**panel, "grid_points": "33", "field": "fine.nrrd"}), module=True)
     fine = numpy.abs(displaced(read_field("fine.nrrd"), moved) - source).max()
     assert fine < 0.4 * numpy.abs(back - source).max(), (fine, numpy.abs(back - source).max())
 
@@ -212,7 +216,7 @@ def check_register_and_warp(xml):
 
 def check_cohorts(xml):
     leaves = os.path.join(SOURCE, "sample_shapes", "leaves.tps")
-    run(*call("atlas", xml["atlas"], {"cohort": leaves, "out": "atlas", "no_picture": "true"}))
+    run(*call("atlas", xml["atlas"], {"cohort": leaves, "out": "atlas", "no_picture": "true"}), module=True)
     run("atlas", leaves, "-o", "plain_atlas", "--no-picture")
     atlases = []
     for folder in ("atlas", "plain_atlas"):
@@ -222,7 +226,7 @@ def check_cohorts(xml):
         assert atlases[0][key] == atlases[1][key], key
     run("convert", leaves + "#5", "wrong.tps", "--landmarks", "1-9,17,11-16,10,18,19")
     run("convert", leaves + "#1", "wrong.tps", "--out", "pair.tps")
-    run(*call("audit", xml["audit"], {"files": "pair.tps", "out": "audit", "fix": "mended.tps"}))
+    run(*call("audit", xml["audit"], {"files": "pair.tps", "out": "audit", "fix": "mended.tps"}), module=True)
     with open("audit/audit.json") as file:
         assert json.load(file)["findings"], "exchanged landmarks are found"
 

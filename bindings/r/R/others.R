@@ -88,9 +88,9 @@ print.pulson_audit <- function(x, ...) {
   if (nrow(x$findings) == 0) {
     cat("Audit by pulson: nothing looks wrong\n")
   } else {
-    cat(sprintf("Audit by pulson: %d findings\n", nrow(x$findings)))
-    shown <- intersect(c("specimen", "kind", "landmarks", "log_ratio", "distance_before", "distance_after"),
-                       names(x$findings))
+    cat(sprintf("Audit by pulson: %d finding%s\n", nrow(x$findings), if (nrow(x$findings) == 1) "" else "s"))
+    shown <- intersect(c("specimen", "kind", "landmarks", "log_ratio", "distance_before", "distance_after",
+                         "detail"), names(x$findings))
     print(x$findings[shown], digits = 4, row.names = FALSE)
   }
   invisible(x)

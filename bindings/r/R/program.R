@@ -85,7 +85,7 @@ run_program <- function(words, folder) {
   # Quotes keep an empty or odd word one word; system2 passes the rest to a shell.
   status <- system2(pulson_program(), shQuote(words), stdout = out, stderr = err, stdin = "")
   messages <- readLines(err, encoding = "UTF-8", warn = FALSE)
-  messages <- gsub(paste0(folder, .Platform$file.sep), "", messages, fixed = TRUE)
+  messages <- in_words_of_r(messages, folder)
   unlink(err)
   if (status == 127) raise("program_error", sprintf("the program '%s' cannot be run", pulson_program()))
   is_error <- startsWith(messages, "pulson: ")
@@ -104,7 +104,14 @@ run_program <- function(words, folder) {
   if (status == 3) warn("not_converged", "the search did not converge; the results are those where it stopped")
   printed <- readLines(out, encoding = "UTF-8", warn = FALSE)
   unlink(out)
-  gsub(paste0(folder, .Platform$file.sep), "", printed, fixed = TRUE)
+  in_words_of_r(printed[!startsWith(printed, "wrote ")], folder)
+}
+
+# Files of the run are called after the arguments that they hold, and a command for the shell after its function.
+in_words_of_r <- function(lines, folder) {
+  lines <- gsub(paste0(folder, .Platform$file.sep), "", lines, fixed = TRUE)
+  lines <- gsub("\\b(source|target|shapes|points|reference|template|momenta)[.]json\\b", "\\1", lines)
+  gsub("; pulson (audit|sample|register)( (source|target|shapes|reference))+$", "; see pulson_\\1()", lines)
 }
 
 # A folder for the files of one run. Its parts have no name that looks like a label of a shape.

@@ -134,7 +134,7 @@ std::string write_space_field(const WarpArguments& arguments, const warp::Materi
   double error = 0;
   for (Eigen::Index a = 0; a < landmarks.cols(); ++a)
     error = std::max(error, (interpolated(grid, landmarks.col(a)) - exact.col(a)).norm());
-  return fmt::format("field      {} points, {:.4g} apart, {}: between them, at the landmarks, off by up to {:.2g}\n",
+  return fmt::format("field      {} points, {:.4g} apart, {}: between them, at the landmarks, off by up to {:.2g}",
                      fmt::join(grid.sizes, " x "), grid.spacing[0],
                      arguments.inverse ? "from source to target" : "from target to source", error);
 }

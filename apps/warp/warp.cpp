@@ -34,7 +34,7 @@ void run_points(const WarpArguments& arguments, const matching::Registration& re
   const std::string field = arguments.field.empty() ? "" : write_space_field(arguments, flow, registration);
   try_to_write(arguments.report, [&] { write_warp_report(warped, flow, registration, arguments); });
   print_figures(warped.figures, arguments, nullptr);
-  if (arguments.json != "-" && verbosity() != Verbosity::kQuiet) print_text("{}", field);
+  if (!field.empty() && arguments.json != "-" && verbosity() != Verbosity::kQuiet) print_text("{}\n", field);
 }
 
 // A map that takes the image elsewhere is a frame that is wrong.

@@ -10,7 +10,11 @@ pulson_compare <- function(source, target = NULL, noise = c("none", "ch-sd:beta=
   printed <- run_program(c("compare", from$words, onto$words, paste0("--out=", folder), option_words(options)), work)
   record <- read_record(file.path(folder, "comparison.json"))
   shapes <- file.path(folder, "shapes.csv")
-  structure(list(models = read_table(file.path(folder, "models.csv")),
+  # A row for each number of a model that is fitted.
+  rows <- read_table(file.path(folder, "models.csv"))
+  of_numbers <- c("number", "value", "low_90", "high_90", "vanishes")
+  models <- rows[!duplicated(rows[setdiff(names(rows), of_numbers)]), setdiff(names(rows), of_numbers)]
+  structure(list(models = models, numbers = rows[!is.na(rows$number), intersect(c("noise", of_numbers), names(rows))],
                  shapes = if (file.exists(shapes)) read_table(shapes), best = record$values$best,
                  record = record$values, printed = printed), class = "pulson_comparison")
 }
@@ -81,6 +85,10 @@ print.pulson_comparison <- function(x, ...) {
   table <- x$models[shown]
   table$noise <- vapply(table$noise, short_spec, "")
   print(table, digits = 5, row.names = FALSE)
+  if (nrow(x$numbers) > 0) {
+    cat("fitted\n")
+    print(x$numbers, digits = 4, row.names = FALSE)
+  }
   invisible(x)
 }
 

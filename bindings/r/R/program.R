@@ -111,6 +111,7 @@ run_program <- function(words, folder) {
 in_words_of_r <- function(lines, folder) {
   lines <- gsub(paste0(folder, .Platform$file.sep), "", lines, fixed = TRUE)
   lines <- gsub("\\b(source|target|shapes|points|reference|template|momenta)[.]json\\b", "\\1", lines)
+  lines <- gsub("; choose one as (source|target|template)#1 or [^;]*", "; choose one, as \\1[, , 1]", lines)
   gsub("; pulson (audit|sample|register)( (source|target|shapes|reference))+$", "; see pulson_\\1()", lines)
 }
 

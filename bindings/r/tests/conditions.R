@@ -9,6 +9,7 @@ fails(pulson_register(a, b, "ch-sd"), "pulson_input_error", "has no name")
 fails(pulson_register(a, b, json = "x"), "pulson_input_error", "json is set by this package")
 fails(pulson_register(a, b, sigma = NA), "pulson_input_error", "sigma")
 fails(pulson_register(a, b, sigma = list(1)), "pulson_input_error", "sigma")
+fails(pulson_register(leaves, b), "pulson_input_error", "source has 8 shapes; choose one, as source[, , 1]")
 fails(pulson_warp(1, a), "pulson_input_error", "pulson_register()")
 fails(pulson_mode(1), "pulson_input_error", "pulson_atlas()")
 # Files in messages are called after arguments, not after folders that are gone.

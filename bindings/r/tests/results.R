@@ -91,6 +91,9 @@ stopifnot(program("compare", at("two.csv"), "-o", at("compare"), "--no-picture",
                   "3")$code == 0)
 same(called$models$log_evidence, column(at("compare", "models.csv"), "log_evidence"))
 same(called$best, record(at("compare", "comparison.json"))$best)
+fitted <- quietly(pulson_compare(leaves[, , 1], leaves[, , 2], noise = c("none", "ch-sd:beta=fit"), sigma = 0.5,
+                                kernel = "gaussian:alpha=100", lambda = 0.001))
+stopifnot(nrow(fitted$models) == 2, fitted$numbers$number == "beta")
 wrong <- leaves
 wrong[c(3, 12), , 5] <- wrong[c(12, 3), , 5]
 called <- quietly(pulson_audit(wrong, fix = TRUE))

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pulson/core/landmarks.hpp"
+
+namespace pulson::view {
+
+struct LiveMapOptions {
+  std::string noise = "none";  ///< as --noise
+  int columns = 40;            ///< of the grid over the first picture, from 2
+  int rows = 30;
+  int frames = 8;  ///< besides that at time 0, at most
+};
+
+/// The match of the landmarks of two pictures, and what it does to a grid over the first.
+struct LiveMap {
+  std::vector<double> times;    ///< from 0 to 1
+  std::vector<Points> frames;   ///< for each, the nodes of the grid row by row, 2×(columns·rows), pixels of the second
+  std::vector<Points> paths;    ///< for each, the landmarks that took part, 2×n
+  Eigen::VectorXd jacobians;    ///< of the whole map at the nodes, over that of the alignment
+  std::vector<int> landmarks;   ///< that took part, from 0
+  Eigen::VectorXd residuals;    ///< n, pixels
+  std::vector<int> unmatched;   ///< of all landmarks, from 0
+  Eigen::VectorXd noise_share;  ///< n, the part of each landmark's displacement that is the noise's; empty without
+  std::string kernel;
+  double rms = 0;
+  double folded_fraction = 0;
+  bool converged = false;
+  double seconds = 0;
+};
+
+/// @param source, target 2×N, NaN where not placed @param width, height of the first picture
+/// @throws InputError for fewer than three common landmarks, and as register_shapes()
+LiveMap live_map(const Points& source, const Points& target, int width, int height, const LiveMapOptions& options);
+
+/// As bytes for the page: the length of a JSON head in four bytes, little endian; the head, padded with blanks to a
+/// multiple of four; then 32-bit numbers: frames, paths, Jacobians.
+std::string bytes_of(const LiveMap& map, const LiveMapOptions& options);
+
+}  // namespace pulson::view

@@ -10,8 +10,8 @@
 namespace pulson {
 namespace {
 
-constexpr double kEmptySide = 1000;   // pixels of the longer side of an empty picture
-constexpr double kMargin = 0.1;       // of it on each side
+constexpr double kEmptySide = 1000;  // pixels of the longer side of an empty picture
+constexpr double kMargin = 0.1;      // of it on each side
 
 // Of orientation 1 to 8, as EXIF numbers them: which of the stored axes are reversed, and whether rows are columns.
 struct Turn {

@@ -113,8 +113,8 @@ Reply PageRequests::picture(const std::string& number) const {
   if (error != std::errc() || end != number.data() + number.size() || i >= document.specimens.size() ||
       document.specimens[i].picture.empty())
     return view::error_reply(404, "there is no such picture");
-  ShownPicture shown = shown_picture((document_.folder() / document.specimens[i].picture).string(),
-                                     arguments_.max_pixels);
+  ShownPicture shown =
+      shown_picture((document_.folder() / document.specimens[i].picture).string(), arguments_.max_pixels);
   return {200, shown.type, std::move(shown.bytes)};
 }
 
@@ -163,7 +163,7 @@ Reply PageRequests::judge(const std::string& body) {
   std::optional<int> wanted;
   if (json.contains("wanted") && !json["wanted"].is_null() && left.cols() > 0)
     wanted = whole_of(json, "wanted", 0, static_cast<int>(left.cols()) - 1);
-  const std::lock_guard lock(computing_);
+  const std::lock_guard lock(judging_);
   const view::Judgement judgement = view::judge_placement(left, right, wanted);
   Json reply{{"proposal", nullptr}, {"doubtful", Json::array()}, {"exchanged", Json::array()}};
   if (judgement.proposal) reply["proposal"] = json_of(*judgement.proposal);
@@ -186,7 +186,7 @@ Reply PageRequests::match(const std::string& body) {
     options.noise = json["noise"].get<std::string>();
   }
   const int width = whole_of(json, "width", 1, 1 << 20), height = whole_of(json, "height", 1, 1 << 20);
-  const std::lock_guard lock(computing_);
+  const std::lock_guard lock(matching_);
   return {200, "application/octet-stream", bytes_of(live_map(left, right, width, height, options), options)};
 }
 

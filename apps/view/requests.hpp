@@ -39,7 +39,7 @@ class PageRequests {
   view::SavedDocument& document_;
   std::map<std::string, OpenedShape> opened_;
   const ViewArguments& arguments_;
-  std::mutex computing_;  // one at a time: each uses all threads
+  std::mutex judging_, matching_;  // one of each at a time: a match uses all threads
   std::atomic<bool> is_over_ = false;
 };
 

@@ -33,8 +33,9 @@ std::string stem_of(const std::string& path) { return text::image_stem(fs::path(
 // The picture that a shape was placed on: the one given of its name, else the one that its file names.
 std::string picture_of(const Landmarks& shape, std::vector<std::string>& pictures) {
   for (const std::string& wanted : {text::image_stem(shape.image), shape.name}) {
-    const auto found = std::find_if(pictures.begin(), pictures.end(),
-                                    [&](const std::string& path) { return !wanted.empty() && stem_of(path) == wanted; });
+    const auto found = std::find_if(pictures.begin(), pictures.end(), [&](const std::string& path) {
+      return !wanted.empty() && stem_of(path) == wanted;
+    });
     if (found == pictures.end()) continue;
     std::string path = *found;
     pictures.erase(found);
@@ -53,9 +54,10 @@ std::vector<Landmarks> shapes_of_files(const ViewFiles& files, const ViewArgumen
     if (format.empty()) format = read.format;
     for (Landmarks& shape : read.shapes) {
       if (shape.dimension() != 2 && shape.count() > 0)
-        throw InputError(fmt::format("{}: its landmarks have {} coordinates; view places landmarks on pictures, in the "
-                                     "plane",
-                                     shape.source, shape.dimension()));
+        throw InputError(
+            fmt::format("{}: its landmarks have {} coordinates; view places landmarks on pictures, in the "
+                        "plane",
+                        shape.source, shape.dimension()));
       if (shape.count() == 0) shape.points.resize(2, 0);
       shapes.push_back(std::move(shape));
     }

@@ -27,8 +27,8 @@ class DocumentReader {
     if (!json.is_object() || !json.contains("pulson_view"))
       throw InputError(name_ + ": it is no file of pulson view: the key 'pulson_view' is missing");
     if (const Json& version = json["pulson_view"]; !version.is_number_integer() || version != kVersion)
-      throw InputError(fmt::format("{}: 'pulson_view' is {}; this program reads version {}", name_, version.dump(),
-                                   kVersion));
+      throw InputError(
+          fmt::format("{}: 'pulson_view' is {}; this program reads version {}", name_, version.dump(), kVersion));
     ViewDocument document;
     document.revision = whole(json, "revision", 0, std::int64_t{1} << 53);
     for (const Json& item : list(json, "landmarks", kMostLandmarks))
@@ -108,7 +108,8 @@ class DocumentReader {
         fail("links", "holds what is no pair of landmarks");
       const auto a = item[0].get<std::int64_t>(), b = item[1].get<std::int64_t>();
       const auto count = static_cast<std::int64_t>(document.landmarks.size());
-      if (a < 0 || b < 0 || a >= count || b >= count || a == b) fail("links", "holds a pair that is none of two landmarks");
+      if (a < 0 || b < 0 || a >= count || b >= count || a == b)
+        fail("links", "holds a pair that is none of two landmarks");
       document.links.emplace_back(static_cast<int>(a), static_cast<int>(b));
     }
   }

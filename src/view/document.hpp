@@ -32,9 +32,9 @@ struct ViewSpecimen {
   std::string picture;  ///< path of the file, from the folder of the document; empty: none
   int width = 0;        ///< as displayed, pixels
   int height = 0;
-  std::vector<PlacedLandmark> landmarks{};      ///< as many as landmarks
-  std::vector<PlacedLandmark> second_pass{};    ///< digitised again; empty, or as many
-  std::string shape{};                          ///< address of the shape that was opened: `file.tps#3`; may be empty
+  std::vector<PlacedLandmark> landmarks{};    ///< as many as landmarks
+  std::vector<PlacedLandmark> second_pass{};  ///< digitised again; empty, or as many
+  std::string shape{};                        ///< address of the shape that was opened: `file.tps#3`; may be empty
 };
 
 struct ViewLandmark {

@@ -20,11 +20,11 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr double kProposed = 0.95;      // probability of the ellipse that is shown
-constexpr double kFalseAlarms = 0.05;   // of sound shapes, those with a landmark in doubt
-constexpr double kTailOfPairs = 4;      // degrees, as in audit/landmark_law.cpp
-constexpr double kClick = 0.002;        // standard deviation of a click, part of the diameter
-constexpr double kRounding = 1e-13;     // of s², in squared diameters
+constexpr double kProposed = 0.95;     // probability of the ellipse that is shown
+constexpr double kFalseAlarms = 0.05;  // of sound shapes, those with a landmark in doubt
+constexpr double kTailOfPairs = 4;     // degrees, as in audit/landmark_law.cpp
+constexpr double kClick = 0.002;       // standard deviation of a click, part of the diameter
+constexpr double kRounding = 1e-13;    // of s², in squared diameters
 
 // P(|t_ν|² ≤ r²) = p in the plane, in units of the scale matrix: F of 2 and ν degrees has this closed form.
 double square_radius(double degrees, double probability) {
@@ -50,8 +50,8 @@ Expected expected_by(const audit::LandmarkLaw::Member& member, int landmark, con
   const double rest = std::max(y.dot(weighted) - expected.deviation.dot(part), kRounding * size * size);
   const double degrees = directions - 2;
   expected.covariance = rest / degrees * factors.solve(Matrix2d::Identity());
-  expected.log_density = member.log_constant - factors.matrixLLT().diagonal().array().log().sum() -
-                         degrees / 2 * std::log(rest);
+  expected.log_density =
+      member.log_constant - factors.matrixLLT().diagonal().array().log().sum() - degrees / 2 * std::log(rest);
   return expected;
 }
 

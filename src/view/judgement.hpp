@@ -35,10 +35,10 @@ struct Exchange {
 };
 
 struct Judgement {
-  std::optional<Ellipse> proposal{};          ///< of the landmark that is wanted: 95 %
-  std::vector<DoubtfulLandmark> doubtful{};   ///< outside of an ellipse that all of a sound shape's leave with 5 %
-  std::vector<Exchange> exchanged{};          ///< pairs that the audit accuses
-  std::vector<std::string> findings{};        ///< all that it finds, a line each
+  std::optional<Ellipse> proposal{};         ///< of the landmark that is wanted: 95 %
+  std::vector<DoubtfulLandmark> doubtful{};  ///< outside of an ellipse that all of a sound shape's leave with 5 %
+  std::vector<Exchange> exchanged{};         ///< pairs that the audit accuses
+  std::vector<std::string> findings{};       ///< all that it finds, a line each
 };
 
 /// Judges the landmarks of one picture by those of another, in the law by which `pulson audit` judges a pair: aligned,

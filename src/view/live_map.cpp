@@ -82,7 +82,8 @@ LiveMap live_map(const Points& source, const Points& target, int width, int heig
   map.jacobians = ends.jacobians();
   map.folded_fraction = ends.folded_fraction();
   map.residuals = registration.distances();
-  for (const int k : registration.unmatched_landmarks()) map.unmatched.push_back(map.landmarks[static_cast<std::size_t>(k)]);
+  for (const int k : registration.unmatched_landmarks())
+    map.unmatched.push_back(map.landmarks[static_cast<std::size_t>(k)]);
   if (registration.noise != "none") map.noise_share = shares_of_noise(registration);
   map.kernel = registration.kernel;
   map.rms = registration.rms();

@@ -16,13 +16,13 @@ struct LiveMapOptions {
 
 /// The match of the landmarks of two pictures, and what it does to a grid over the first.
 struct LiveMap {
-  std::vector<double> times;    ///< from 0 to 1
-  std::vector<Points> frames;   ///< for each, the nodes of the grid row by row, 2×(columns·rows), pixels of the second
-  std::vector<Points> paths;    ///< for each, the landmarks that took part, 2×n
-  Eigen::VectorXd jacobians;    ///< of the whole map at the nodes, over that of the alignment
-  std::vector<int> landmarks;   ///< that took part, from 0
-  Eigen::VectorXd residuals;    ///< n, pixels
-  std::vector<int> unmatched;   ///< of all landmarks, from 0
+  std::vector<double> times;   ///< from 0 to 1
+  std::vector<Points> frames;  ///< for each, the nodes of the grid row by row, 2×(columns·rows), pixels of the second
+  std::vector<Points> paths;   ///< for each, the landmarks that took part, 2×n
+  Eigen::VectorXd jacobians;   ///< of the whole map at the nodes, over that of the alignment
+  std::vector<int> landmarks;  ///< that took part, from 0
+  Eigen::VectorXd residuals;   ///< n, pixels
+  std::vector<int> unmatched;  ///< of all landmarks, from 0
   Eigen::VectorXd noise_share;  ///< n, the part of each landmark's displacement that is the noise's; empty without
   std::string kernel;
   double rms = 0;

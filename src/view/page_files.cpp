@@ -24,7 +24,8 @@ const PageFile* page_file(std::string_view name) {
                                         PageFile{"panels.js", kScript, panels_js},
                                         PageFile{"result.js", kScript, result_js},
                                         PageFile{"warp.js", kScript, warp_js}};
-  const auto found = std::find_if(kFiles.begin(), kFiles.end(), [&](const PageFile& file) { return file.name == name; });
+  const auto found =
+      std::find_if(kFiles.begin(), kFiles.end(), [&](const PageFile& file) { return file.name == name; });
   return found == kFiles.end() ? nullptr : &*found;
 }
 

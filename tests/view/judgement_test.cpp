@@ -28,8 +28,8 @@ Pair random_pair(int count, unsigned seed) {
     const Eigen::Vector2d x(place(random), place(random));
     const Eigen::Vector2d bend(12 * a * std::sin(x.y() / 130), 12 * b * std::cos(x.x() / 110));
     pair.left.col(k) = x;
-    pair.right.col(k) = 1.2 * rotation * (x + bend) + Eigen::Vector2d(40, 90) +
-                        1.5 * Eigen::Vector2d(normal(random), normal(random));
+    pair.right.col(k) =
+        1.2 * rotation * (x + bend) + Eigen::Vector2d(40, 90) + 1.5 * Eigen::Vector2d(normal(random), normal(random));
   }
   return pair;
 }

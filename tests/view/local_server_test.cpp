@@ -61,8 +61,9 @@ TEST(LocalServer, RefusesAllElseWithOneWord) {
   const Served served;
   std::string other = served.token;
   other.back() = other.back() == '0' ? '1' : '0';
-  for (const std::string& path : {std::string("/"), std::string("/state"), other + "/", served.token, "/x" + served.token + "/",
-                                  served.token + "0/", std::string("/favicon.ico"), "//" + served.token.substr(1) + "/"})
+  for (const std::string& path :
+       {std::string("/"), std::string("/state"), other + "/", served.token, "/x" + served.token + "/",
+        served.token + "0/", std::string("/favicon.ico"), "//" + served.token.substr(1) + "/"})
     EXPECT_EQ(served.get(path), 403) << path;
   const std::string path = served.token + "/";
   EXPECT_EQ(served.get(path, {{"Host", "evil.example"}}), 403);
@@ -89,8 +90,8 @@ TEST(LocalServer, LimitsBodiesByPath) {
   EXPECT_EQ(served.post(served.token + "/large", std::string(900, 'a')), 200);
   httplib::Client client("127.0.0.1", served.port);
   const auto chunked = client.Post(
-      served.token + "/small", [](std::size_t, httplib::DataSink& sink) { return sink.write("a", 1), sink.done(), true; },
-      "text/plain");
+      served.token + "/small",
+      [](std::size_t, httplib::DataSink& sink) { return sink.write("a", 1), sink.done(), true; }, "text/plain");
   EXPECT_EQ(chunked ? chunked->status : -1, 411);
   EXPECT_EQ(served.calls, 2);
 }
@@ -118,7 +119,8 @@ TEST(LocalServer, Answers500RequestsAtOnce) {
 
 TEST(LocalServer, DoesNotShareItsPort) {
   const Served served;
-  EXPECT_THROW(LocalServer(served.port, [](const Request&) { return Reply{}; }, [](auto) { return std::size_t{0}; }),
+  EXPECT_THROW(LocalServer(
+                   served.port, [](const Request&) { return Reply{}; }, [](auto) { return std::size_t{0}; }),
                InputError);
 }
 

@@ -155,8 +155,8 @@ TEST_F(ViewProgram, AFullDiskIsSaidAndTakesNothingAway) {
   Server server({"leaf_1.png", "leaf_2.png"}, static_cast<rlim_t>(before.size() + 100));
   const std::string kept = contents("leaf_1.pulson.json");
   std::vector<json> many(100, json::array({1, 2}));
-  const auto [status, reply] =
-      server.post("state", {{"base", server.document()["revision"]}, {"document", placed(server.document(), {many, many})}});
+  const auto [status, reply] = server.post(
+      "state", {{"base", server.document()["revision"]}, {"document", placed(server.document(), {many, many})}});
   EXPECT_EQ(status, 507);
   EXPECT_THAT(reply["error"].get<std::string>(), HasSubstr("leaf_1.pulson.json"));
   EXPECT_EQ(contents("leaf_1.pulson.json"), kept);
@@ -165,7 +165,8 @@ TEST_F(ViewProgram, AFullDiskIsSaidAndTakesNothingAway) {
 
 TEST_F(ViewProgram, ExportsWhatWasPlacedInRowsOfThePicture) {
   Server server({"leaf_1.png", "leaf_2.png"});
-  server.save(placed(server.document(), {{json::array({10, 20}), json::array({30.5, 40})}, {json::array({1, 2}), "missing"}}));
+  server.save(
+      placed(server.document(), {{json::array({10, 20}), json::array({30.5, 40})}, {json::array({1, 2}), "missing"}}));
   const auto [status, reply] = server.post("export", {{"name", "out.csv"}});
   EXPECT_EQ(status, 200) << reply;
   const formats::LandmarkFile read = formats::read_landmark_file("out.csv");
@@ -237,10 +238,10 @@ TEST_F(ViewProgram, ShowsOnlyPicturesThatWereOpened) {
 TEST_F(ViewProgram, RefusesWhatItCannotOpen) {
   write("broken.png", contents("leaf_1.png").substr(0, 500));
   write("space.csv", "x,y,z\n1,2,3\n4,5,6\n");
-  for (const auto& [line, words_of_it] :
-       {std::pair("view --no-browser broken.png", "broken.png"), std::pair("view --no-browser none.png", "no such file"),
-        std::pair("view --no-browser space.csv", "in the plane"),
-        std::pair("view --no-browser a.pulson.json b.pulson.json", "no such file")}) {
+  for (const auto& [line, words_of_it] : {std::pair("view --no-browser broken.png", "broken.png"),
+                                          std::pair("view --no-browser none.png", "no such file"),
+                                          std::pair("view --no-browser space.csv", "in the plane"),
+                                          std::pair("view --no-browser a.pulson.json b.pulson.json", "no such file")}) {
     const ProgramRun done = run(words(line));
     EXPECT_EQ(done.exit_code, 2) << line;
     EXPECT_THAT(done.err, HasSubstr(words_of_it));

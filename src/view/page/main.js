@@ -11,11 +11,12 @@ import { colourOf } from "./marks.js";
 
 const byId = id => document.getElementById(id);
 const kSides = ["left", "right"];
+const kMostBitmaps = 16; // pictures in memory: those shown and those of the strip
 
 class Page {
   constructor({ file, document: state, export: proposedName }) {
     Object.assign(this, { file, proposedName, current: 0, pass: "points", mode: "place", from: -1, drafts: [[], []],
-      count: 10, judged: { proposal: null, doubtful: new Map(), exchanged: [], findings: [] }, bitmaps: new Map(), trouble: null });
+      count: 10, judged: { proposal: null, of: [], doubtful: new Map(), exchanged: [], findings: [] }, bitmaps: new Map(), trouble: null });
     this.history = new History(state);
     this.saver = new Saver(state.revision, api.saveState, (what, error) => this.reportSaving(what, error));
     this.photos = [0, 1].map(side => new Photo(side, {
@@ -32,6 +33,12 @@ class Page {
       rename: (k, name) => this.apply(actions.rename(this.now, k, name), "name"),
     });
     this.strip = new panels.Strip(byId("strip"), s => this.bitmapOf(s));
+    this.countField = element("label", {}, "semilandmarks ", element("input", { type: "number", min: 3, max: 200, value: this.count,
+      onchange: event => { this.count = Math.min(200, Math.max(3, Math.round(Number(event.target.value)) || 10)); this.refresh(); } }));
+    this.chooser = element("input", { type: "file", multiple: true, accept: "image/*,.tif,.tiff", onchange: event => {
+      this.takePictures([...event.target.files]);
+      event.target.value = "";
+    } });
     this.history.listen((_, reason) => {
       if (reason !== "reset") this.saver.save(this.now);
       this.refresh();
@@ -59,6 +66,12 @@ class Page {
     const [left, right] = [this.points(0), this.points(1)];
     const open = left.findIndex((point, k) => point === null || right[k] === null);
     return open < 0 ? left.length : open;
+  }
+
+  // The proposed place of the landmark at hand; none where the program spoke of another one.
+  get proposal() {
+    const { proposal, of } = this.judged;
+    return proposal && of[0] === this.current && of[1] === this.side ? proposal : null;
   }
 
   // ---- what is done
@@ -107,8 +120,8 @@ class Page {
 
   confirm() {
     if (this.mode === "curve") return this.finishCurve();
-    const { proposal } = this.judged, side = this.proposedSide;
-    if (!proposal || side < 0) return;
+    const { proposal, side } = this;
+    if (!proposal) return;
     this.apply(actions.place(this.now, this.now.shown[side], this.current, [proposal.x, proposal.y], this.pass),
       `confirm ${this.label(this.current)}`);
     this.advance();
@@ -239,8 +252,11 @@ class Page {
 
   async bitmapOf(s) {
     const { picture } = this.now.specimens[s];
-    if (!this.bitmaps.has(picture)) this.bitmaps.set(picture, api.loadPicture(s));
-    return this.bitmaps.get(picture);
+    const found = this.bitmaps.get(picture) ?? api.loadPicture(s);
+    this.bitmaps.delete(picture);
+    this.bitmaps.set(picture, found); // the last used is last
+    if (this.bitmaps.size > kMostBitmaps) this.bitmaps.delete(this.bitmaps.keys().next().value);
+    return found;
   }
 
   reportSaving(what, error = null) {
@@ -284,7 +300,7 @@ class Page {
     const k = this.current, name = this.label(k), open = this.side >= 0;
     return [
       { text: this.mode === "curve" ? "Finish curve" : "Confirm", key: "Enter", main: true, title: "Take the proposed place, or finish the curve",
-        disabled: this.mode === "curve" ? !this.drafts.some(draft => draft.length > 1) : !this.judged.proposal, run: () => this.confirm() },
+        disabled: this.mode === "curve" ? !this.drafts.some(draft => draft.length > 1) : !this.proposal, run: () => this.confirm() },
       { text: "Missing", key: "m", title: `Landmark ${name} cannot be seen on this picture`, disabled: !open, run: () => this.mark("missing") },
       { text: "Absent", key: "a", title: `This specimen does not have landmark ${name}`, disabled: !open, run: () => this.mark("absent") },
       { text: "Clear", key: "Delete", title: `Take landmark ${name} off this picture`, disabled: k >= this.now.landmarks.length, run: () => this.clear() },
@@ -304,6 +320,7 @@ class Page {
     return [
       { text: "Undo", key: "Control+z", title: undoes ? `Undo: ${undoes}` : "Nothing to undo", disabled: !undoes, run: () => this.undo(-1) },
       { text: "Redo", key: "Control+Shift+z", title: redoes ? `Redo: ${redoes}` : "Nothing to redo", disabled: !redoes, run: () => this.undo(1) },
+      { text: "Add pictures", key: "o", title: "Choose picture files; they can be dropped onto the page, too", run: () => this.chooser.click() },
       { text: "Export", key: "e", title: "Write the landmarks into a file", run: () => this.export() },
       { text: "Keys", key: "?", title: "All keys", run: () => panels.openHelp(byId("help-dialog"), [...this.tools(), ...this.sessionTools()]) },
     ];
@@ -316,7 +333,7 @@ class Page {
     if (this.mode === "link") return this.from >= 0 ? `${this.label(this.from)} to … click another landmark.` : "Click two landmarks to join them.";
     const name = this.label(this.current), again = this.pass === "second" ? "Second pass. " : "";
     if (!this.specimen(1)) return `${again}Click where landmark ${name} is. A second picture can be dropped onto the page.`;
-    if (this.judged.proposal) return `${again}Landmark ${name}: press Enter if the cross is right, or click where it is.`;
+    if (this.proposal) return `${again}Landmark ${name}: press Enter if the cross is right, or click where it is.`;
     const { side } = this;
     if (side < 0) return `${again}Landmark ${name} is chosen. Drag it, or click a free place for the next one.`;
     return `${again}Click where landmark ${name} is on the ${kSides[side]} picture.`;
@@ -340,20 +357,13 @@ class Page {
   showAll() {
     document.title = `${this.specimen(1)?.name ?? this.specimen(0)?.name ?? "pulson"} – pulson view`;
     this.showPictures();
-    panels.fillTools(byId("tools"), this.tools());
-    this.showCurveCount();
+    panels.fillTools(byId("tools"), this.tools(), this.mode === "curve" ? [this.countField] : []);
     panels.fillTools(byId("session-tools"), this.sessionTools());
     panels.showSpecimens(byId("specimens"), this.now, this.pass, { step: by => this.stepSpecimen(by) });
     byId("hint").textContent = this.hint();
     this.list.show(this.now, { chosen: this.current, pass: this.pass, doubtful: this.judged.doubtful, noiseShare: this.noiseShare });
     this.strip.show(this.now, this.current, this.pass);
     this.showAlerts();
-  }
-
-  showCurveCount() {
-    if (this.mode !== "curve") return;
-    byId("tools").append(element("label", {}, "semilandmarks ", element("input", { type: "number", min: 3, max: 200, value: this.count,
-      onchange: event => { this.count = Math.min(200, Math.max(3, Math.round(Number(event.target.value)) || 10)); this.refresh(); } })));
   }
 
   showPictures() {
@@ -364,11 +374,11 @@ class Page {
     }
     const { landmarks } = this.now, labels = landmarks.map((_, k) => this.label(k));
     const colours = landmarks.map((_, k) => colourOf(this.now, k));
+    const { proposal } = this;
     this.photos.forEach((photo, side) => {
-      const isProposed = this.judged.proposal && this.proposedSide === side;
       photo.setScene({ points: this.points(side), labels, colours, links: this.now.links, chosen: this.current,
         doubtful: side === 1 ? this.judged.doubtful : new Map(), draft: this.drafts[side],
-        proposal: isProposed ? { ...this.judged.proposal, label: this.label(this.current) } : null });
+        proposal: proposal && this.side === side ? { ...proposal, label: this.label(this.current) } : null });
       photo.root.classList.toggle("next", this.side === side && this.mode === "place");
     });
   }
@@ -388,8 +398,6 @@ class Page {
 
   // ---- what the program says
 
-  get proposedSide() { return this.askedSide ?? -1; }
-
   async askForJudgement() {
     if (!this.specimen(1)) return;
     const side = this.side, wanted = side >= 0 && this.current < this.now.landmarks.length ? this.current : null;
@@ -408,8 +416,7 @@ class Page {
     try {
       const reply = await api.judge(request);
       if (key === this.judgedKey) {
-        this.askedSide = side;
-        this.judged = { ...reply, doubtful: new Map(reply.doubtful.map(({ landmark, expected }) => [landmark, expected])) };
+        this.judged = { ...reply, of: [wanted, side], doubtful: new Map(reply.doubtful.map(({ landmark, expected }) => [landmark, expected])) };
         performance.measure("pulson:judge", { start: begun, end: performance.now() });
       }
     } catch (error) {

@@ -8,16 +8,33 @@ import { element } from "./result.js";
 // Every action: its key, what the button says, what it does, and whether it can be done now.
 export const keyName = key => key.replace("Control+", "Ctrl ").replace("Shift+", "⇧ ").replace("Delete", "Del");
 
-export const toolButton = ({ key, text, title, main, pressed, disabled, run }) =>
-  element("button", { type: "button", class: main ? "main" : null, title, disabled: Boolean(disabled),
-    "aria-pressed": pressed === undefined ? null : String(pressed), "aria-keyshortcuts": key ?? null, onclick: run },
-  text, key ? element("kbd", {}, keyName(key)) : "");
+// Fills a button anew: one that is replaced between the press and the release of the mouse would not be clicked.
+const setTool = (made, { key, text, title, main, pressed, disabled, run }) => {
+  made.className = main ? "main" : "";
+  made.title = title ?? "";
+  made.disabled = Boolean(disabled);
+  if (pressed !== undefined) made.setAttribute("aria-pressed", String(pressed));
+  if (key) made.setAttribute("aria-keyshortcuts", key);
+  made.onclick = run;
+  if (made.dataset.text === text) return;
+  made.dataset.text = text;
+  made.replaceChildren(text, key ? element("kbd", {}, keyName(key)) : "");
+};
 
-// Keeps the button that has the focus, by what it says.
-export const fillTools = (root, tools) => {
-  const focused = root.contains(document.activeElement) ? document.activeElement.textContent : null;
-  root.replaceChildren(...tools.map(tool => tool ? toolButton(tool) : element("span", { class: "gap" })));
-  if (focused !== null) [...root.querySelectorAll("button")].find(made => made.textContent === focused)?.focus();
+export const toolButton = tool => {
+  const made = element("button", { type: "button" });
+  setTool(made, tool);
+  return made;
+};
+
+// `more` are further elements behind the buttons.
+export const fillTools = (root, tools, more = []) => {
+  const made = root.made ?? tools.map(tool => tool ? element("button", { type: "button" }) : element("span", { class: "gap" }));
+  if (!root.made) root.prepend(...made);
+  root.made = made;
+  tools.forEach((tool, i) => tool && setTool(made[i], tool));
+  for (const old of [...root.children].slice(made.length)) if (!more.includes(old)) old.remove();
+  for (const one of more) if (one.parentNode !== root) root.append(one);
 };
 
 const stateText = (points, side) => {
@@ -76,6 +93,9 @@ export class LandmarkList {
 
 export const showSpecimens = (root, document, pass, on) => {
   const s = document.shown[1], specimen = document.specimens[s];
+  const key = JSON.stringify([s, pass, specimen?.name, document.specimens.map((_, i) => actions.progressOf(document, i, pass))]);
+  if (root.shownKey === key) return undefined;
+  root.shownKey = key;
   if (!specimen) return root.replaceChildren();
   const { done, all } = actions.progressOf(document, s, pass), part = all ? Math.round(100 * done / all) : 0;
   const step = (by, text, label, key) => element("button", { type: "button", "aria-label": label, title: `${label} (${key})`,

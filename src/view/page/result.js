@@ -110,6 +110,7 @@ export class Result {
   // Asks for the match of these points, where they changed.
   update(left, right, isForced = false) {
     this.last = [left, right];
+    if (!this.sizes) return;
     const both = left.filter((point, k) => Array.isArray(point) && Array.isArray(right[k])).length;
     const key = JSON.stringify([left, right, this.sizes, this.noise.on && this.noise.beta]);
     if (key === this.key && !isForced) return;

@@ -67,8 +67,9 @@ void add_view_verb(CLI::App& program) {
   auto arguments = std::make_shared<ViewArguments>();
   arguments->add_to(*verb);
   verb->footer(
-      "The page is served on this machine alone, at an address that nobody can guess. Each change is saved at once in\n"
-      "NAME.pulson.json beside the first file; the same command goes on from there.\n"
+      "The page is served on this machine alone, at an address that nobody can guess. Each\n"
+      "change is saved at once in NAME.pulson.json beside the first file; the same command\n"
+      "goes on from there.\n"
       "Examples:\n"
       "  pulson view leaf_1.png leaf_2.png\n"
       "  pulson view wings.tps\n"

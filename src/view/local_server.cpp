@@ -1,6 +1,7 @@
 #include "local_server.hpp"
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <exception>
 #include <random>
@@ -173,6 +174,8 @@ std::string LocalServer::url() const {
 
 void LocalServer::start() {
   implementation_->thread = std::thread([this] { implementation_->server.listen_after_bind(); });
+  // stop() does nothing before it runs, and the end of the object would wait for ever.
+  while (!implementation_->server.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 }  // namespace pulson::view

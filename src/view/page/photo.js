@@ -41,12 +41,15 @@ export class Photo {
     this.stage.setAttribute("role", "application");
     this.heading = element("h2", "");
     this.head = element("div", "photo-head", this.heading,
-      button("−", "Zoom out (-)", () => this.zoom(1 / 1.5)), button("+", "Zoom in (+)", () => this.zoom(1.5)),
-      button("fit", "Show the whole picture (0)", () => this.fit()));
+      button("−", "− Zoom out (-)", () => this.zoom(1 / 1.5)), button("+", "+ Zoom in (+)", () => this.zoom(1.5)),
+      button("fit", "fit: show the whole picture (0)", () => this.fit()));
     this.root = element("div", "photo", this.head, this.stage);
     this.listen();
     new ResizeObserver(() => this.resize()).observe(this.stage);
   }
+
+  // Whether the cross is in use: the keyboard brought the focus here, or moved it since the last click.
+  get isKeyed() { return this.usesKeys && document.activeElement === this.stage; }
 
   get wide() { return this.stage.clientWidth; }
   get high() { return this.stage.clientHeight; }
@@ -126,13 +129,13 @@ export class Photo {
 
   paint() {
     this.paintPicture(this.pen(this.canvas), this.view);
-    drawMarks(this.svg, this.view, { ...this.scene, cross: document.activeElement === this.stage ? this.cross : null });
+    drawMarks(this.svg, this.view, { ...this.scene, cross: this.isKeyed ? this.cross : null });
     this.paintLoupe();
   }
 
   paintLoupe() {
     const { proposal } = this.scene;
-    const where = this.hover ?? (proposal ? [proposal.x, proposal.y] : document.activeElement === this.stage ? this.cross : null);
+    const where = this.hover ?? (proposal ? [proposal.x, proposal.y] : this.isKeyed ? this.cross : null);
     this.loupe.hidden = !where || !this.bitmap;
     if (this.loupe.hidden) return;
     const pen = this.pen(this.loupe), side = this.loupe.clientWidth;
@@ -176,7 +179,11 @@ export class Photo {
       event.preventDefault();
       this.zoom(Math.exp(-event.deltaY * (event.ctrlKey ? 0.01 : 0.0016)), this.at(event));
     }, { passive: false });
-    stage.addEventListener("focus", () => { this.cross ??= this.startOfCross(); this.draw(); });
+    stage.addEventListener("focus", () => {
+      this.usesKeys = stage.matches(":focus-visible") && !this.gesture;
+      this.cross ??= this.startOfCross();
+      this.draw();
+    });
     stage.addEventListener("blur", () => this.draw());
     stage.addEventListener("dragover", event => { event.preventDefault(); stage.classList.add("over"); });
     stage.addEventListener("dragleave", () => stage.classList.remove("over"));
@@ -194,7 +201,9 @@ export class Photo {
 
   begin(event) {
     if (event.button > 1 || !this.view) return;
+    this.gesture = { kind: "begins" };
     this.stage.focus({ preventScroll: true });
+    this.usesKeys = false;
     this.stage.setPointerCapture(event.pointerId);
     this.fingers.set(event.pointerId, this.at(event));
     if (this.fingers.size > 1) {
@@ -261,6 +270,7 @@ export class Photo {
   key(event) {
     const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
     if (steps) {
+      this.usesKeys = true;
       const far = (event.shiftKey ? 1 : event.altKey ? 40 : 8) / this.view.scale;
       this.cross ??= this.startOfCross();
       this.cross = geometry.clampTo(...this.size, this.cross.map((value, c) => value + far * steps[c]));

@@ -5,6 +5,7 @@ import { WarpView, between } from "./warp.js";
 
 const kLongerSide = 44; // nodes of the grid along the longer side
 const kFewest = 3;      // landmarks on both pictures
+const kHighest = 36;    // per cent of the window that the picture is high at most, so that the list has room
 
 export const element = (name, attributes = {}, ...children) => {
   const made = document.createElement(name);
@@ -99,6 +100,7 @@ export class Result {
     this.size = sizes[1];
     this.bitmaps = bitmaps;
     this.box.style.aspectRatio = `${this.size[0]} / ${this.size[1]}`;
+    this.box.style.width = `min(100%, ${(kHighest * this.size[0] / this.size[1]).toFixed(2)}vh)`;
     if (this.gl) for (const unit of [0, 1]) await this.gl.setPicture(unit, bitmaps[unit]);
     this.draw();
   }

@@ -131,13 +131,16 @@ try {
   const other = await openPage(browser, server.url);
   await other.evaluate(() => document.activeElement.blur());
   await click(other, 0, [30, 30]);
+  await page.bringToFront();
   await page.mouse.click(...await onScreen(page, 0, [270, 370]));
   await page.waitForFunction(() => document.querySelector("#alerts").textContent.includes("Another window"));
   await page.evaluate(() => [...document.querySelectorAll("#alerts button")].find(({ textContent }) => textContent === "its changes").click());
   await settled(page);
   assert.deepEqual((await stateOf(page)).specimens, (await stateOf(other)).specimens);
+  await other.bringToFront();
   await press(other, "Delete");
   await other.close();
+  await page.bringToFront();
   await page.reload();
   await page.waitForFunction(() => window.pulson?.photos[0].view);
 

@@ -77,6 +77,27 @@ bool has_any(const view::ViewSpecimen& specimen) {
                      [](const auto& landmark) { return landmark.placement == Placement::kPlaced; });
 }
 
+// Landmarks that no specimen has, nor says to be missing or absent, are none yet.
+void drop_unused_landmarks(view::ViewDocument& document) {
+  std::vector<int> moved(document.landmarks.size(), -1);
+  int count = 0;
+  for (std::size_t a = 0; a < document.landmarks.size(); ++a)
+    if (std::any_of(document.specimens.begin(), document.specimens.end(), [&](const view::ViewSpecimen& specimen) {
+          return specimen.landmarks[a].placement != Placement::kNone;
+        }))
+      moved[a] = count++;
+  const auto drop = [&](auto& list) {
+    std::size_t a = 0;
+    std::erase_if(list, [&](const auto&) { return moved[a++] < 0; });
+  };
+  drop(document.landmarks);
+  for (view::ViewSpecimen& specimen : document.specimens) drop(specimen.landmarks);
+  std::erase_if(document.links, [&](const std::pair<int, int>& link) {
+    return moved[static_cast<std::size_t>(link.first)] < 0 || moved[static_cast<std::size_t>(link.second)] < 0;
+  });
+  for (auto& [a, b] : document.links) a = moved[static_cast<std::size_t>(a)], b = moved[static_cast<std::size_t>(b)];
+}
+
 bool is_listed(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -124,7 +145,8 @@ std::string export_name(const view::SavedDocument& saved, bool in_place) {
 ExportResult export_landmarks(view::SavedDocument& saved, const std::map<std::string, OpenedShape>& opened,
                               const std::string& name, bool in_place) {
   require_plain_name(name);
-  const view::ViewDocument document = saved.document();
+  view::ViewDocument document = saved.document();
+  drop_unused_landmarks(document);
   formats::LandmarkFile file;
   for (const view::ViewSpecimen& specimen : document.specimens)
     if (has_any(specimen)) file.shapes.push_back(shape_of(document, specimen, opened));

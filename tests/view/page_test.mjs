@@ -137,6 +137,15 @@ test("all specimens have as many places as there are landmarks, whatever is done
   assert.ok(document.links.every(link => link.every(k => k >= 0 && k < document.landmarks.length)));
 });
 
+test("a landmark that was taken off all pictures is forgotten, unless it has a name", () => {
+  let document = actions.place(actions.place(fresh(), 0, 0, [1, 1]), 1, 0, [2, 2]);
+  document = actions.mark(document, 0, 0, null);
+  assert.equal(actions.isForgotten(document, 0), false);
+  document = actions.mark(document, 1, 0, null);
+  assert.equal(actions.isForgotten(document, 0), true);
+  assert.equal(actions.isForgotten(actions.rename(document, 0, "tip"), 0), false);
+});
+
 test("a curve on the other picture takes the same semilandmarks", () => {
   let document = actions.placeCurve(fresh(), 0, [[0, 0], [10, 0]], 5);
   document = actions.placeCurve(document, 1, [[0, 5], [0, 25]], 99);

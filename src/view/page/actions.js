@@ -72,6 +72,12 @@ export const removeLandmark = (document, k) => {
   };
 };
 
+// Whether nothing is left of a landmark: it has no name, no curve needs it, and no specimen has it.
+export const isForgotten = (document, k) => {
+  const { name, group } = document.landmarks[k];
+  return !name && !group && document.specimens.every(({ points, second }) => points[k] === null && (second?.[k] ?? null) === null);
+};
+
 export const toggleLink = (document, a, b) => {
   if (a === b) return document;
   const same = link => (link[0] === a && link[1] === b) || (link[0] === b && link[1] === a);

@@ -152,18 +152,12 @@ class Page {
   }
 
   clear() {
-    const k = this.current;
+    const k = this.current, what = `clear ${this.label(k)}`;
     if (k >= this.now.landmarks.length) return;
-    const isOnAny = this.now.specimens.some(specimen => specimen.points[k] !== null);
-    const side = this.handSide;
-    if (!isOnAny) {
-      this.apply(actions.removeLandmark(this.now, k), `remove ${this.label(k)}`);
-      this.current = Math.max(0, k - 1);
-    } else if (this.points(side)[k] !== null) {
-      this.apply(actions.mark(this.now, this.now.shown[side], k, null, this.pass), `clear ${this.label(k)}`);
-    } else {
-      this.apply(actions.mark(this.now, this.now.shown[1 - side], k, null, this.pass), `clear ${this.label(k)}`);
-    }
+    const side = this.points(this.handSide)[k] !== null ? this.handSide : 1 - this.handSide;
+    const cleared = this.specimen(side) ? actions.mark(this.now, this.now.shown[side], k, null, this.pass) : this.now;
+    this.apply(actions.isForgotten(cleared, k) ? actions.removeLandmark(cleared, k) : cleared, what);
+    this.current = Math.min(this.current, this.now.landmarks.length);
     this.refresh();
   }
 
@@ -416,7 +410,8 @@ class Page {
     try {
       const reply = await api.judge(request);
       if (key === this.judgedKey) {
-        this.judged = { ...reply, of: [wanted, side], doubtful: new Map(reply.doubtful.map(({ landmark, expected }) => [landmark, expected])) };
+        this.judged = { ...reply, of: [wanted, side], doubtful: new Map([...reply.exchanged.flat().map(k => [k, null]),
+          ...reply.doubtful.map(({ landmark, expected }) => [landmark, expected])]) };
         performance.measure("pulson:judge", { start: begun, end: performance.now() });
       }
     } catch (error) {

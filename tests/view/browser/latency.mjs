@@ -9,7 +9,7 @@ import { join } from "node:path";
 import { Server, onScreen, openBrowser, openPage, settled } from "./session.mjs";
 
 const [chromium, program, work, ...counts] = process.argv.slice(2);
-const kSide = 1000, kMoves = 40;
+const kSide = 1000, kMoves = 20;
 
 // Numbers that look random and are the same in each run.
 let state = 1;

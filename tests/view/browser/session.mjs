@@ -45,7 +45,7 @@ export const openPage = async (browser, url, { width = 1400, height = 900, dark 
   await page.setViewport({ width, height, isMobile: width < 500, hasTouch: width < 500 });
   await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }]);
   await page.goto(url);
-  await page.waitForFunction(() => window.pulson?.photos[0].view && window.pulson.saver.isSaved);
+  await page.waitForFunction(() => window.pulson?.result.sizes && window.pulson.saver.isSaved);
   await settled(page);
   return page;
 };

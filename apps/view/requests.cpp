@@ -186,6 +186,14 @@ Reply PageRequests::match(const std::string& body) {
     options.noise = json["noise"].get<std::string>();
   }
   const int width = whole_of(json, "width", 1, 1 << 20), height = whole_of(json, "height", 1, 1 << 20);
+  if (json.contains("linear")) {
+    if (!json["linear"].is_string() || !json.contains("ridge") || !json["ridge"].is_number())
+      throw InputError("'linear' and 'ridge' are no kernel and its ridge");
+    return {200, "application/octet-stream",
+            bytes_of(view::linear_map(left, right, width, height, options, json["linear"].get<std::string>(),
+                                      json["ridge"].get<double>()),
+                     options)};
+  }
   const std::lock_guard lock(matching_);
   return {200, "application/octet-stream", bytes_of(live_map(left, right, width, height, options), options)};
 }

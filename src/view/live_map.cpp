@@ -1,15 +1,19 @@
 #include "live_map.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "pulson/core/alignment.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/matching/registration.hpp"
 #include "pulson/warp/material_flow.hpp"
 
@@ -54,17 +58,43 @@ Eigen::VectorXd shares_of_noise(const matching::Registration& registration) {
   return (noise.array() / (noise + flow).array().max(1e-12)).matrix();
 }
 
+std::vector<int> common_landmarks(const Points& source, const Points& target, const LiveMapOptions& options) {
+  if (options.columns < 2 || options.rows < 2 || options.columns * options.rows > kMostNodes || options.frames < 1)
+    throw InputError("the grid of the map is too coarse or too fine");
+  std::vector<int> landmarks;
+  for (int a = 0; a < source.cols(); ++a)
+    if (source.col(a).allFinite() && target.col(a).allFinite()) landmarks.push_back(a);
+  if (landmarks.size() < 3)
+    throw InputError(fmt::format("{} of the landmarks are on both pictures; a match needs 3", landmarks.size()));
+  return landmarks;
+}
+
+// Of the grid as it lies over the grid as it was, by differences between neighbours.
+Eigen::VectorXd jacobians_of_grid(const Points& before, const Points& after, const LiveMapOptions& options) {
+  const auto area = [&](const Points& nodes, int c, int r) {
+    const auto at = [&](int column, int row) {
+      return nodes.col(std::clamp(row, 0, options.rows - 1) * options.columns +
+                       std::clamp(column, 0, options.columns - 1));
+    };
+    const Eigen::Vector2d x = at(c + 1, r) - at(c - 1, r), y = at(c, r + 1) - at(c, r - 1);
+    return x.x() * y.y() - x.y() * y.x();
+  };
+  Eigen::VectorXd jacobians(before.cols());
+  for (int r = 0, k = 0; r < options.rows; ++r)
+    for (int c = 0; c < options.columns; ++c, ++k) jacobians[k] = area(after, c, r) / area(before, c, r);
+  return jacobians;
+}
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
 }  // namespace
 
 LiveMap live_map(const Points& source, const Points& target, int width, int height, const LiveMapOptions& options) {
-  if (options.columns < 2 || options.rows < 2 || options.columns * options.rows > kMostNodes || options.frames < 1)
-    throw InputError("the grid of the map is too coarse or too fine");
   const auto begin = std::chrono::steady_clock::now();
   LiveMap map;
-  for (int a = 0; a < source.cols(); ++a)
-    if (source.col(a).allFinite() && target.col(a).allFinite()) map.landmarks.push_back(a);
-  if (map.landmarks.size() < 3)
-    throw InputError(fmt::format("{} of the landmarks are on both pictures; a match needs 3", map.landmarks.size()));
+  map.landmarks = common_landmarks(source, target, options);
   matching::RegistrationOptions match;
   match.noise = options.noise;
   const matching::Registration registration = matching::register_shapes(
@@ -88,7 +118,35 @@ LiveMap live_map(const Points& source, const Points& target, int width, int heig
   map.kernel = registration.kernel;
   map.rms = registration.rms();
   map.converged = registration.converged;
-  map.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  map.ridge = registration.sigma * registration.sigma * registration.lambda;
+  map.seconds = seconds_since(begin);
+  return map;
+}
+
+LiveMap linear_map(const Points& source, const Points& target, int width, int height, const LiveMapOptions& options,
+                   const std::string& kernel, double ridge) {
+  const auto begin = std::chrono::steady_clock::now();
+  LiveMap map;
+  map.landmarks = common_landmarks(source, target, options);
+  if (!(ridge >= 0 && std::isfinite(ridge))) throw InputError("'ridge' is no number");
+  const Points from = source(Eigen::all, map.landmarks), to = target(Eigen::all, map.landmarks);
+  const Alignment alignment = align(from, to, AlignmentKind::kSimilarity);
+  const Points q0 = alignment.apply(from), nodes = alignment.apply(grid_over(width, height, options));
+  const KernelOperator operator_of = make_kernel(kernel);
+  Eigen::MatrixXd gram = operator_of.gram(q0, q0);
+  gram.diagonal().array() += ridge + 1e-10 * gram(0, 0);  // landmarks at one place, but for rounding
+  const Points coefficients = gram.ldlt().solve((to - q0).transpose()).transpose();
+  map.times = {0, 1};
+  map.frames = {nodes, nodes + coefficients * operator_of.gram(q0, nodes)};
+  map.paths = {q0, q0 + coefficients * operator_of.gram(q0, q0)};
+  map.jacobians = jacobians_of_grid(map.frames[0], map.frames[1], options);
+  map.folded_fraction = static_cast<double>((map.jacobians.array() < 0).count()) / static_cast<double>(nodes.cols());
+  map.residuals = (map.paths[1] - to).colwise().norm();
+  map.rms = std::sqrt(map.residuals.squaredNorm() / static_cast<double>(map.residuals.size()));
+  map.kernel = kernel;
+  map.ridge = ridge;
+  map.is_linear = map.converged = true;
+  map.seconds = seconds_since(begin);
   return map;
 }
 
@@ -102,6 +160,8 @@ std::string bytes_of(const LiveMap& map, const LiveMapOptions& options) {
                       {"unmatched", map.unmatched},
                       {"noise_share", std::vector<double>(map.noise_share.begin(), map.noise_share.end())},
                       {"kernel", map.kernel},
+                      {"ridge", map.ridge},
+                      {"linear", map.is_linear},
                       {"rms", map.rms},
                       {"folded_fraction", map.folded_fraction},
                       {"converged", map.converged},

@@ -46,6 +46,24 @@ TEST(LiveMap, NeedsThreeLandmarks) {
             "2 of the landmarks are on both pictures; a match needs 3");
 }
 
+// Of small displacements the match is linear, so both models agree to second order in them.
+TEST(LiveMap, OfSmallDisplacementsIsNearlyTheLinearModel) {
+  double before = 0;
+  for (const double part : {1.0, 0.25}) {
+    Points target = kSource;
+    target.col(4) += part * Eigen::Vector2d(4, 3);
+    const LiveMap map = live_map(kSource, target, 100, 80, {});
+    const LiveMap linear = linear_map(kSource, target, 100, 80, {}, map.kernel, map.ridge);
+    const double apart = (map.frames.back() - linear.frames.back()).colwise().norm().maxCoeff();
+    EXPECT_LT(apart, 0.15 * part * 5);
+    if (before > 0) {
+      EXPECT_LT(apart, before / 4);
+    }
+    before = apart;
+    EXPECT_LT((map.jacobians - linear.jacobians).cwiseAbs().mean(), 0.05);
+  }
+}
+
 TEST(LiveMap, BytesAreAHeadAndNumbers) {
   const LiveMapOptions options{.columns = 3, .rows = 2, .frames = 2};
   const LiveMap map = live_map(kSource, kSource, 100, 80, options);

@@ -11,6 +11,7 @@ import { colourOf } from "./marks.js";
 
 const byId = id => document.getElementById(id);
 const kSides = ["left", "right"];
+const kManyLandmarks = 60; // that are judged only when a drag ends
 const kMostBitmaps = 16; // pictures in memory: those shown and those of the strip
 
 class Page {
@@ -22,7 +23,10 @@ class Page {
     this.photos = [0, 1].map(side => new Photo(side, {
       place: where => this.place(side, where),
       move: (k, where) => this.move(side, k, where),
-      dropped: () => this.history.seal(),
+      dropped: () => {
+        this.history.seal();
+        this.refresh();
+      },
       choose: k => this.choose(k, side),
       drop: files => this.takePictures(files),
     }));
@@ -400,6 +404,8 @@ class Page {
     const request = isBackwards ? { left: right, right: left, wanted } : { left, right, wanted };
     const key = JSON.stringify(request);
     if (key === this.judgedKey) return;
+    // Of many landmarks it takes longer than a step of a drag: at its end.
+    if (left.length > kManyLandmarks && this.photos.some(({ gesture }) => gesture?.kind === "drag")) return;
     this.judgedKey = key;
     if (this.judging) {
       this.judgesAgain = true;

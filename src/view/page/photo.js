@@ -128,7 +128,12 @@ export class Photo {
   }
 
   paint() {
-    this.paintPicture(this.pen(this.canvas), this.view);
+    // The picture only where it changed: a move of a landmark draws the marks alone.
+    const { scale, x, y } = this.view, now = [this.bitmap, scale, x, y, this.wide, this.high, devicePixelRatio];
+    if (!this.painted || now.some((value, i) => value !== this.painted[i])) {
+      this.paintPicture(this.pen(this.canvas), this.view);
+      this.painted = now;
+    }
     drawMarks(this.svg, this.view, { ...this.scene, cross: this.isKeyed ? this.cross : null });
     this.paintLoupe();
   }

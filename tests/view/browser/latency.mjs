@@ -56,17 +56,18 @@ try {
     await page.mouse.down();
     await page.mouse.move(place[0] + 6, place[1]);
     await settled(page);
-    const times = { effect: [], judge: [] };
+    const times = { effect: [], match: [], judge: [] };
     for (let i = 0; i < kMoves; ++i) {
       await page.evaluate(() => performance.clearMeasures());
       await page.mouse.move(place[0] + 6 + 5 * Math.sin(i), place[1] + 5 * Math.cos(i));
       await settled(page);
-      const found = await page.evaluate(() => ["effect", "judge"].map(name => {
+      const found = await page.evaluate(() => ["effect", "match", "judge"].map(name => {
         const last = performance.getEntriesByName(`pulson:${name}`).at(-1);
         return last ? last.startTime + last.duration - window.movedAt : null;
       }));
       if (found[0] !== null) times.effect.push(found[0]);
-      if (found[1] !== null) times.judge.push(found[1]);
+      if (found[1] !== null) times.match.push(found[1]);
+      if (found[2] !== null) times.judge.push(found[2]);
     }
     await page.mouse.up();
     const texts = Object.entries(times).map(([name, values]) => {

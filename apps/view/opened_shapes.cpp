@@ -10,15 +10,15 @@
 namespace pulson {
 namespace {
 
-constexpr double kEmptySide = 1000;  // pixels of the longer side of an empty picture
-constexpr double kMargin = 0.1;      // of it on each side
+constexpr double kEmptySide = 1000;   // pixels of the longer side of an empty picture
+constexpr double kEmptyMargin = 0.1;  // of it on each side
 
 // Of orientation 1 to 8, as EXIF numbers them: which of the stored axes are reversed, and whether rows are columns.
-struct Turn {
+struct PageTurn {
   bool swaps, reverses_x, reverses_y;  // of the displayed axes
 };
 
-Turn turn_by(int orientation) {
+PageTurn page_turn(int orientation) {
   switch (orientation) {
     case 2:
       return {false, true, false};
@@ -39,12 +39,12 @@ Turn turn_by(int orientation) {
   }
 }
 
-void reverse(Points& points, const Turn& turn, int width, int height) {
+void reverse_axes(Points& points, const PageTurn& turn, int width, int height) {
   if (turn.reverses_x) points.row(0) = (width - 1 - points.row(0).array()).matrix().eval();
   if (turn.reverses_y) points.row(1) = (height - 1 - points.row(1).array()).matrix().eval();
 }
 
-view::PlacedLandmark placed(const Points& pixels, Eigen::Index a) {
+view::PlacedLandmark as_placed_landmark(const Points& pixels, Eigen::Index a) {
   if (!pixels.col(a).allFinite()) return {};
   return {view::Placement::kPlaced, pixels.col(a)};
 }
@@ -72,17 +72,17 @@ std::vector<std::size_t> places_of(const Landmarks& shape, std::vector<view::Vie
 }  // namespace
 
 Points displayed_pixels(const Points& stored, int orientation, int width, int height) {
-  const Turn turn = turn_by(orientation);
+  const PageTurn turn = page_turn(orientation);
   Points points = stored;
   if (turn.swaps) points.row(0).swap(points.row(1));
-  reverse(points, turn, width, height);
+  reverse_axes(points, turn, width, height);
   return points;
 }
 
 Points stored_pixels(const Points& displayed, int orientation, int width, int height) {
-  const Turn turn = turn_by(orientation);
+  const PageTurn turn = page_turn(orientation);
   Points points = displayed;
-  reverse(points, turn, width, height);
+  reverse_axes(points, turn, width, height);
   if (turn.swaps) points.row(0).swap(points.row(1));
   return points;
 }
@@ -117,13 +117,13 @@ OpenedShape shape_without_picture(Landmarks shape) {
   if (std::ssize(missing) == opened.shape.count()) return opened;
   const auto [low, high] = bounding_box(opened.shape.points);
   const Eigen::VectorXd extent = high - low;
-  const double side = extent.maxCoeff() > 0 ? extent.maxCoeff() : 1, unit = side * (1 + 2 * kMargin) / kEmptySide;
-  opened.width = static_cast<int>(std::ceil((extent[0] + 2 * kMargin * side) / unit));
-  opened.height = static_cast<int>(std::ceil((extent[1] + 2 * kMargin * side) / unit));
+  const double side = extent.maxCoeff() > 0 ? extent.maxCoeff() : 1, unit = side * (1 + 2 * kEmptyMargin) / kEmptySide;
+  opened.width = static_cast<int>(std::ceil((extent[0] + 2 * kEmptyMargin * side) / unit));
+  opened.height = static_cast<int>(std::ceil((extent[1] + 2 * kEmptyMargin * side) / unit));
   frame.width = opened.width;
   frame.height = opened.height;
   frame.unit_per_pixel = {unit, unit};
-  frame.origin = {low[0] - kMargin * side, low[1] - kMargin * side};
+  frame.origin = {low[0] - kEmptyMargin * side, low[1] - kEmptyMargin * side};
   return opened;
 }
 
@@ -139,7 +139,7 @@ void add_shapes(const std::vector<OpenedShape>& shapes, view::ViewDocument& docu
     specimen.landmarks.resize(document.landmarks.size());
     const Points pixels = opened.to_page(opened.shape.points);
     for (std::size_t a = 0; a < places[i].size(); ++a)
-      specimen.landmarks[places[i][a]] = placed(pixels, static_cast<Eigen::Index>(a));
+      specimen.landmarks[places[i][a]] = as_placed_landmark(pixels, static_cast<Eigen::Index>(a));
     for (const int a : opened.shape.absent)
       specimen.landmarks[places[i][static_cast<std::size_t>(a)]] = {view::Placement::kAbsent};
     for (const auto& [a, b] : opened.shape.links) {

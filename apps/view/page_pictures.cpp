@@ -13,10 +13,10 @@
 namespace pulson {
 namespace {
 
-constexpr double kMostShown = 16e6;  // pixels, which browsers of small machines bear
+constexpr double kMostShownPixels = 16e6;  // pixels, which browsers of small machines bear
 
 // Means of squares of k×k pixels, in 8 bits.
-images::Image reduced(const images::Image& image, int k) {
+images::Image reduced_picture(const images::Image& image, int k) {
   images::Image small((image.width() + k - 1) / k, (image.height() + k - 1) / k, image.channels(),
                       images::PixelType::kUint8);
   const auto out = small.values<std::uint8_t>();
@@ -50,14 +50,14 @@ bool is_plain_name(const std::string& name) {
 ShownPicture shown_picture(const std::string& path, std::int64_t max_pixels) {
   const Picture stored = read_picture(path, max_pixels);
   const double pixels = static_cast<double>(stored.image.pixel_count());
-  if (stored.orientation() == 1 && pixels <= kMostShown) {
+  if (stored.orientation() == 1 && pixels <= kMostShownPixels) {
     std::string bytes = read_file(path);
     if (const std::string type = type_of(bytes); !type.empty()) return {type, std::move(bytes)};
   }
   const Picture upright = stored.orientation() == 1 ? stored : oriented(stored);
   const images::Image image = for_show(upright.image);
-  const int k = std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / kMostShown))));
-  return {"image/jpeg", jpeg_of(k > 1 ? reduced(image, k) : image).bytes};
+  const int k = std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / kMostShownPixels))));
+  return {"image/jpeg", jpeg_of(k > 1 ? reduced_picture(image, k) : image).bytes};
 }
 
 std::string keep_picture(const std::string& folder, const std::string& name, const std::string& bytes,

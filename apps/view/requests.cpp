@@ -19,30 +19,30 @@
 namespace pulson {
 namespace {
 
-using Json = nlohmann::json;
+using PostedJson = nlohmann::json;
 using view::Reply;
 
 constexpr std::size_t kMostPosted = 32U << 20U, kMostPicture = 512U << 20U, kMostWords = 64U << 10U;
 constexpr Eigen::Index kMostPoints = 5'000;
 
-Reply json_reply(const Json& json, int status = 200) {
-  return {status, "application/json", json.dump(-1, ' ', false, Json::error_handler_t::replace)};
+Reply json_reply(const PostedJson& json, int status = 200) {
+  return {status, "application/json", json.dump(-1, ' ', false, PostedJson::error_handler_t::replace)};
 }
 
-Json object_of(const std::string& body) {
-  Json json = Json::parse(body, nullptr, false);
+PostedJson object_of(const std::string& body) {
+  PostedJson json = PostedJson::parse(body, nullptr, false);
   if (!json.is_object()) throw InputError("the request is no JSON object");
   return json;
 }
 
 // null, "missing" and "absent" are NaN.
-Points points_of(const Json& json, const char* key) {
+Points posted_points(const PostedJson& json, const char* key) {
   if (!json.contains(key) || !json[key].is_array()) throw InputError(fmt::format("'{}' is no list", key));
-  const Json& list = json[key];
+  const PostedJson& list = json[key];
   if (std::ssize(list) > kMostPoints) throw InputError(fmt::format("'{}' is too long", key));
   Points points = Points::Constant(2, std::ssize(list), std::numeric_limits<double>::quiet_NaN());
   for (Eigen::Index a = 0; a < points.cols(); ++a) {
-    const Json& item = list[static_cast<std::size_t>(a)];
+    const PostedJson& item = list[static_cast<std::size_t>(a)];
     if (item.is_null() || item.is_string()) continue;
     if (!item.is_array() || item.size() != 2 || !item[0].is_number() || !item[1].is_number())
       throw InputError(fmt::format("'{}' holds what is no [x, y]", key));
@@ -51,7 +51,7 @@ Points points_of(const Json& json, const char* key) {
   return points;
 }
 
-int whole_of(const Json& json, const char* key, int least, int most) {
+int whole_of(const PostedJson& json, const char* key, int least, int most) {
   if (!json.contains(key) || !json[key].is_number_integer()) throw InputError(fmt::format("'{}' is no number", key));
   const auto value = json[key].get<std::int64_t>();
   if (value < least || value > most) throw InputError(fmt::format("'{}' is {}", key, value));
@@ -62,7 +62,7 @@ void require_one_count(const Points& left, const Points& right) {
   if (left.cols() != right.cols()) throw InputError("the two pictures have different numbers of landmarks");
 }
 
-Json json_of(const view::Ellipse& ellipse) {
+PostedJson json_of(const view::Ellipse& ellipse) {
   const Eigen::Matrix2d& m = ellipse.shape;
   return {{"x", ellipse.centre.x()}, {"y", ellipse.centre.y()}, {"xx", m(0, 0)}, {"xy", m(0, 1)}, {"yy", m(1, 1)}};
 }
@@ -95,7 +95,7 @@ Reply PageRequests::post(const view::Request& request) {
   if (request.path == "export") return write_export(request.body);
   if (request.path == "end") {
     is_over_ = true;
-    return json_reply(Json::object());
+    return json_reply(PostedJson::object());
   }
   return {403, "text/plain", "forbidden\n"};
 }
@@ -103,7 +103,7 @@ Reply PageRequests::post(const view::Request& request) {
 Reply PageRequests::state() const {
   return json_reply({{"file", document_.path().filename().string()},
                      {"export", export_name(document_, arguments_.in_place)},
-                     {"document", Json::parse(document_.json())}});
+                     {"document", PostedJson::parse(document_.json())}});
 }
 
 Reply PageRequests::picture(const std::string& number) const {
@@ -120,7 +120,7 @@ Reply PageRequests::picture(const std::string& number) const {
 
 // Of pictures only those that the program named itself are shown: the page may not name files.
 Reply PageRequests::save(const std::string& body) {
-  Json json = object_of(body);
+  PostedJson json = object_of(body);
   const std::int64_t base = json.value("base", std::int64_t{-1});
   if (!json.contains("document")) throw InputError("'document' is missing");
   view::ViewDocument next = view::document_of_json("the page", json["document"].dump());
@@ -134,8 +134,8 @@ Reply PageRequests::save(const std::string& body) {
   }
   try {
     if (document_.replace(std::move(next), base) == view::SavedDocument::Outcome::kConflict)
-      return json_reply({{"error", "another window changed this session"}, {"document", Json::parse(document_.json())}},
-                        409);
+      return json_reply(
+          {{"error", "another window changed this session"}, {"document", PostedJson::parse(document_.json())}}, 409);
   } catch (const InputError& error) {
     return view::error_reply(507, error.what());
   }
@@ -157,15 +157,15 @@ Reply PageRequests::take_picture(const view::Request& request) {
 }
 
 Reply PageRequests::judge(const std::string& body) {
-  const Json json = object_of(body);
-  const Points left = points_of(json, "left"), right = points_of(json, "right");
+  const PostedJson json = object_of(body);
+  const Points left = posted_points(json, "left"), right = posted_points(json, "right");
   require_one_count(left, right);
   std::optional<int> wanted;
   if (json.contains("wanted") && !json["wanted"].is_null() && left.cols() > 0)
     wanted = whole_of(json, "wanted", 0, static_cast<int>(left.cols()) - 1);
   const std::lock_guard lock(judging_);
   const view::Judgement judgement = view::judge_placement(left, right, wanted);
-  Json reply{{"proposal", nullptr}, {"doubtful", Json::array()}, {"exchanged", Json::array()}};
+  PostedJson reply{{"proposal", nullptr}, {"doubtful", PostedJson::array()}, {"exchanged", PostedJson::array()}};
   if (judgement.proposal) reply["proposal"] = json_of(*judgement.proposal);
   for (const view::DoubtfulLandmark& doubtful : judgement.doubtful)
     reply["doubtful"].push_back({{"landmark", doubtful.landmark}, {"expected", json_of(doubtful.expected)}});
@@ -175,8 +175,8 @@ Reply PageRequests::judge(const std::string& body) {
 }
 
 Reply PageRequests::match(const std::string& body) {
-  const Json json = object_of(body);
-  const Points left = points_of(json, "left"), right = points_of(json, "right");
+  const PostedJson json = object_of(body);
+  const Points left = posted_points(json, "left"), right = posted_points(json, "right");
   require_one_count(left, right);
   view::LiveMapOptions options;
   options.columns = whole_of(json, "columns", 2, 400);
@@ -199,7 +199,7 @@ Reply PageRequests::match(const std::string& body) {
 }
 
 Reply PageRequests::write_export(const std::string& body) {
-  const Json json = object_of(body);
+  const PostedJson json = object_of(body);
   if (!json.contains("name") || !json["name"].is_string()) throw InputError("'name' is no text");
   const ExportResult result =
       export_landmarks(document_, opened_, json["name"].get<std::string>(), arguments_.in_place);
@@ -207,7 +207,7 @@ Reply PageRequests::write_export(const std::string& body) {
                      {"kept", result.kept},
                      {"losses", result.losses},
                      {"shapes", result.shapes},
-                     {"document", Json::parse(document_.json())}});
+                     {"document", PostedJson::parse(document_.json())}});
 }
 
 }  // namespace pulson

@@ -28,13 +28,13 @@ fs::path session_beside(const std::string& file) {
   return path.parent_path() / (formats::file_stem(path) + std::string(kSessionEnd));
 }
 
-std::string stem_of(const std::string& path) { return text::image_stem(fs::path(path).filename().string()); }
+std::string picture_stem(const std::string& path) { return text::image_stem(fs::path(path).filename().string()); }
 
 // The picture that a shape was placed on: the one given of its name, else the one that its file names.
-std::string picture_of(const Landmarks& shape, std::vector<std::string>& pictures) {
+std::string picture_for(const Landmarks& shape, std::vector<std::string>& pictures) {
   for (const std::string& wanted : {text::image_stem(shape.image), shape.name}) {
     const auto found = std::find_if(pictures.begin(), pictures.end(), [&](const std::string& path) {
-      return !wanted.empty() && stem_of(path) == wanted;
+      return !wanted.empty() && picture_stem(path) == wanted;
     });
     if (found == pictures.end()) continue;
     std::string path = *found;
@@ -70,7 +70,7 @@ std::vector<OpenedShape> opened_shapes(const ViewFiles& files, const ViewArgumen
   std::string format;
   std::vector<Landmarks> shapes = shapes_of_files(files, arguments, format, notes);
   std::vector<std::string> pictures(shapes.size());
-  for (std::size_t i = 0; i < shapes.size(); ++i) pictures[i] = picture_of(shapes[i], rest);
+  for (std::size_t i = 0; i < shapes.size(); ++i) pictures[i] = picture_for(shapes[i], rest);
   // Names that say nothing, as leaves.csv beside IMG_1.jpg: the one shape is of the one picture.
   if (shapes.size() == 1 && rest.size() == 1 && pictures[0].empty()) pictures[0] = rest[0], rest.clear();
   std::vector<OpenedShape> opened;
@@ -96,7 +96,7 @@ void add_pictures(const std::vector<std::string>& pictures, const fs::path& fold
     if (shows(document, name)) continue;
     progress.show(static_cast<double>(i) / static_cast<double>(pictures.size()), "reading pictures");
     const PagePicture picture = page_picture(pictures[i], max_pixels);
-    view::ViewSpecimen specimen{stem_of(pictures[i]), name, picture.width, picture.height};
+    view::ViewSpecimen specimen{picture_stem(pictures[i]), name, picture.width, picture.height};
     specimen.landmarks.resize(document.landmarks.size());
     document.specimens.push_back(std::move(specimen));
   }

@@ -37,6 +37,11 @@ test("the picture's first corner is half a pixel before the centre of its first 
   assert.deepEqual(geometry.toScreen(view, [-0.5, -0.5]), [12, 12]);
 });
 
+test("wide pictures stand one above the other, tall ones side by side", () => {
+  assert.equal(geometry.areLargerStacked([[300, 200], [300, 200]], 1000, 700), true);
+  assert.equal(geometry.areLargerStacked([[300, 400], [300, 400]], 1000, 700), false);
+});
+
 test("the axes of an ellipse are those of its matrix", () => {
   // Turned by 30 degrees, half axes 5 and 2: M = R diag(25, 4) R'.
   const c = Math.cos(Math.PI / 6), s = Math.sin(Math.PI / 6);

@@ -6,6 +6,12 @@ export const fitView = (width, height, wide, high, margin = 12) => {
   return { scale, x: (wide - scale * width) / 2, y: (high - scale * height) / 2 };
 };
 
+// Whether two pictures are larger one above the other than side by side.
+export const areLargerStacked = (sizes, wide, high) => {
+  const scale = (w, h) => Math.min(...sizes.map(([width, height]) => Math.min(w / width, h / height)));
+  return scale(wide, high / 2) > 1.1 * scale(wide / 2, high);
+};
+
 export const toScreen = (view, [x, y]) => [view.x + view.scale * (x + 0.5), view.y + view.scale * (y + 0.5)];
 export const toPicture = (view, [x, y]) => [(x - view.x) / view.scale - 0.5, (y - view.y) / view.scale - 0.5];
 

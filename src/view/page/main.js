@@ -11,7 +11,6 @@ import { History } from "./state.js";
 import { colourOf } from "./marks.js";
 
 const byId = id => document.getElementById(id);
-const kSides = ["left", "right"];
 const kManyLandmarks = 60; // that are judged only when a drag ends
 const kMostBitmaps = 16; // pictures in memory: those shown and those of the strip
 
@@ -113,7 +112,7 @@ class Page {
       this.from = this.from === k ? -1 : k;
     }
     this.current = k;
-    if (side < 0) kSides.forEach((_, i) => Array.isArray(this.points(i)[k]) && this.photos[i].reveal(this.points(i)[k]));
+    if (side < 0) [0, 1].forEach(i => Array.isArray(this.points(i)[k]) && this.photos[i].reveal(this.points(i)[k]));
     this.refresh();
   }
 
@@ -336,7 +335,7 @@ class Page {
     if (this.proposal) return `${again}Landmark ${name}: press Enter if the cross is right, or click where it is.`;
     const { side } = this;
     if (side < 0) return `${again}Landmark ${name} is chosen. Drag it, or click a free place for the next one.`;
-    return `${again}Click where landmark ${name} is on the ${kSides[side]} picture.`;
+    return `${again}Click where landmark ${name} is on ${this.specimen(side).name}.`;
   }
 
   curveCount() {
@@ -393,7 +392,7 @@ class Page {
     this.arrange();
     specimens.forEach((specimen, side) =>
       this.photos[side].setPicture(specimen?.name ?? "no picture yet: drop one here", sizes[side], bitmaps[side]));
-    await this.result.setPictures(bitmaps, sizes);
+    await this.result.setPictures(bitmaps, sizes, specimens.map(specimen => specimen?.name ?? "…"));
     this.result.key = "";
     this.refresh();
   }

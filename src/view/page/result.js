@@ -51,6 +51,7 @@ export class Result {
 
   build() {
     this.status = element("p", { class: "quiet", role: "status" });
+    this.heading = element("h2", { id: "result-heading" }, "One picture onto the other");
     this.canvas = element("canvas", { role: "img", "aria-label": "The left picture carried onto the right one" });
     this.over = element("canvas", { "aria-hidden": "true" });
     this.note = element("p", {}, `With ${kFewest} landmarks on both pictures the left one is carried onto the right one here.`);
@@ -68,7 +69,7 @@ export class Result {
     "noise");
     this.legend = element("div", { class: "wide quiet" });
     this.root.replaceChildren(
-      element("div", { class: "result-head" }, element("h2", { id: "result-heading" }, "Left onto right"), this.status),
+      element("div", { class: "result-head" }, this.heading, this.status),
       this.box,
       element("div", { class: "controls" },
         ...this.range("time", "time", percent), element("label", {}, mode), this.range("blend", "blend", percent)[1],
@@ -96,7 +97,8 @@ export class Result {
     this.legend.replaceChildren(...parts);
   }
 
-  async setPictures(bitmaps, sizes) {
+  async setPictures(bitmaps, sizes, names) {
+    this.heading.textContent = `${names[0]} onto ${names[1]}`;
     this.sizes = sizes;
     this.size = sizes[1];
     this.bitmaps = bitmaps;

@@ -21,6 +21,7 @@ void add_verbs(CLI::App& program, int& exit_code) {
   pulson::add_sample_verb(program, exit_code);
   pulson::add_fokker_planck_verb(program, exit_code);
   pulson::add_reproduce_verb(program, exit_code);
+  pulson::add_view_verb(program);
   pulson::add_convert_verb(program);
   pulson::add_info_verb(program);
   pulson::add_completion_verb(program);

@@ -21,6 +21,7 @@ void add_sample_verb(CLI::App& program, int& exit_code);
 void add_fokker_planck_verb(CLI::App& program, int& exit_code);
 void add_reproduce_verb(CLI::App& program, int& exit_code);
 void add_audit_verb(CLI::App& program);
+void add_view_verb(CLI::App& program);
 void add_convert_verb(CLI::App& program);
 void add_info_verb(CLI::App& program);
 /// `pulson completion bash`: prints the script for the verbs that `program` has by then.

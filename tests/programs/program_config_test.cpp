@@ -200,7 +200,7 @@ TEST_F(ConfiguredProgram, TakesASectionOfEveryVerb) {
   const std::string help = run({"--help"}).out;
   std::string sections;
   for (const std::string verb : {"register", "atlas", "audit", "warp", "simulate", "ensemble", "merge", "compare",
-                                 "sample", "fokker-planck", "reproduce", "convert", "info", "completion"}) {
+                                 "sample", "fokker-planck", "reproduce", "view", "convert", "info", "completion"}) {
     EXPECT_THAT(help, HasSubstr("\n  " + verb + ' '));
     sections += "[" + verb + "]\n";
   }

@@ -55,7 +55,7 @@ TEST_F(HelpOfProgram, GivesAnExampleForEachVerb) {
   EXPECT_THAT(printed({"register", "--help"}), HasSubstr("Exit codes"));
   EXPECT_THAT(printed({"info", "--help"}), HasSubstr("pulson info noises"));
   for (const std::string verb : {"register", "atlas", "audit", "warp", "simulate", "ensemble", "compare",
-                                 "fokker-planck", "reproduce", "convert", "info", "completion"}) {
+                                 "fokker-planck", "reproduce", "view", "convert", "info", "completion"}) {
     const std::string help = printed({verb, "--help"});
     EXPECT_THAT(help, HasSubstr("\n  pulson " + verb + " ")) << verb;
     EXPECT_THAT(help, HasSubstr("\nExit codes: 0 done")) << verb;

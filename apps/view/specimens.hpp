@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "arguments.hpp"
+#include "opened_shapes.hpp"
+#include "view/saved_document.hpp"
+
+namespace pulson {
+
+/// What the command line names, sorted.
+struct ViewFiles {
+  std::vector<std::string> pictures, landmarks;
+  std::filesystem::path document;  ///< where the session is kept
+
+  /// @throws InputError where a file is missing, or there are two sessions
+  explicit ViewFiles(const ViewArguments& arguments);
+};
+
+/// A picture that the page may show.
+struct PagePicture {
+  std::string path;
+  int width = 0;  ///< as displayed
+  int height = 0;
+};
+
+/// @throws InputError where it cannot be read
+PagePicture page_picture(const std::string& path, std::int64_t max_pixels);
+
+/// Fills the document by the files, or goes on with that of an earlier session, to which new pictures are added. All
+/// shapes that were opened are returned by their addresses.
+std::map<std::string, OpenedShape> open_session(const ViewFiles& files, const ViewArguments& arguments,
+                                                view::SavedDocument& document, std::vector<std::string>& notes);
+
+/// `path` as a document in `folder` names it.
+std::string path_from(const std::filesystem::path& folder, const std::filesystem::path& path);
+
+}  // namespace pulson

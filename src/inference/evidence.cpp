@@ -18,9 +18,9 @@ namespace {
 
 constexpr int kMostIterations = 1000;
 constexpr double kSettled = 1e-10;
-// Draws of the reference: as many as take a fifth of the chains' time, of fitted draws about as many as these have.
+// Draws of the reference: as many as take about an eighth of the chains' time, an adjoint being worth a path.
 constexpr int kMostReference = 50000, kFewestReference = 100;
-constexpr int kPathsForOne = 4, kPathsOfFitted = 2;
+constexpr int kPathsForOne = 8;
 constexpr double kFewestShared = 4;  // draws of the one law that come to where those of the other are
 
 // Variance of numbers of mean 0.
@@ -93,9 +93,8 @@ BridgedEvidence bridge_log_evidence(const ChainSetting& setting, const Posterior
   const Effective size = [&](const VectorXd& values) {
     return effective_sample_size(draws.by_chain(values.transpose()));
   };
-  const auto count = static_cast<int>(
-      std::clamp<std::int64_t>(draws.path_evaluations / (setting.move.fits_data ? kPathsOfFitted : kPathsForOne),
-                               kFewestReference, kMostReference));
+  const std::int64_t worth = draws.path_evaluations * (setting.move.uses_gradient ? 2 : 1);
+  const auto count = static_cast<int>(std::clamp<std::int64_t>(worth / kPathsForOne, kFewestReference, kMostReference));
   VectorXd reference(count), parts(count);
   parallel_for(count, [&](int i) {
     const ReferenceDraw draw = reference_draw(setting, static_cast<std::uint64_t>(i));

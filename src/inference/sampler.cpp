@@ -261,7 +261,7 @@ MatrixXd PosteriorDraws::by_chain(const Eigen::Ref<const Eigen::RowVectorXd>& ro
 namespace {
 
 constexpr int kCheckTemperatures = 8;
-constexpr double kCheckAccuracy = 0.005;  // of the log evidence, or half of the chains' error
+constexpr double kCheckAccuracy = 0.01;  // of the log evidence, or half of the chains' error
 constexpr int kFewestCheckDraws = 200;
 constexpr std::uint64_t kCheckSeed = 0x9e3779b97f4a7c15ULL;
 

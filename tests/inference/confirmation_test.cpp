@@ -41,7 +41,7 @@ PosteriorProblem problem_of(const BentProblem& bent) {
 struct OfPrior {
   Estimate log_evidence, momentum;
 };
-OfPrior draw_prior(const PosteriorProblem& problem, int count) {
+OfPrior weigh_prior(const PosteriorProblem& problem, int count) {
   const Specimen specimen(problem.specimens.front());
   const ParameterSpace space(problem);
   const Specimen::Model model = specimen.model(space.at({}));
@@ -69,7 +69,7 @@ const std::vector<BentProblem>& bent_problems() {
 
 const OfPrior& exact(std::size_t of) {
   static std::vector<OfPrior> found(bent_problems().size());
-  if (found[of].log_evidence.standard_error == 0) found[of] = draw_prior(problem_of(bent_problems()[of]), 400000);
+  if (found[of].log_evidence.standard_error == 0) found[of] = weigh_prior(problem_of(bent_problems()[of]), 400000);
   return found[of];
 }
 

@@ -95,6 +95,17 @@ Json models(const inference::PosteriorProblem& problem) {
           {"priors", priors(problem)}};
 }
 
+Json confirmation_of(const inference::Confirmation& confirmation) {
+  if (confirmation.by == inference::Confirmation::By::kNothing) return nullptr;
+  return {{"by", confirmation.by == inference::Confirmation::By::kImportance ? "weighted draws" : "tempered chains"},
+          {"log_evidence",
+           {{"value", confirmation.log_evidence.value}, {"standard_error", confirmation.log_evidence.standard_error}}},
+          {"furthest", confirmation.furthest},
+          {"furthest_of", confirmation.furthest_of},
+          {"furthest_allowed", confirmation.furthest_allowed},
+          {"agrees", confirmation.agrees}};
+}
+
 Json sampler_settings(const inference::SamplerOptions& options) {
   return {{"method", options.method}, {"warmup", options.warmup}, {"seed", options.seed}};
 }
@@ -138,7 +149,12 @@ PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws) {
       for (const inference::DrawSummary& numbers : *of_path)
         consider(numbers, "paths", summary.rhat_max, summary.ess_min);
   }
-  summary.converged = summary.undefined.empty() && summary.worst_rhat <= inference::kHighRhat;
+  const inference::Confirmation& confirmation = draws.confirmation;
+  const bool is_confirmed = confirmation.by != inference::Confirmation::By::kNothing;
+  summary.refuted = is_confirmed && !confirmation.agrees;
+  summary.heavy_tail = std::fmax(draws.pareto_k, draws.chain_pareto_k) > inference::kHighParetoK && !is_confirmed;
+  summary.converged = summary.undefined.empty() && summary.worst_rhat <= inference::kHighRhat && !summary.refuted &&
+                      !summary.heavy_tail;
   return summary;
 }
 
@@ -160,7 +176,10 @@ std::string summary_json(const inference::PosteriorProblem& problem, const infer
   json["path"]["end"] = landmark_rows(problem, summary.ends);
   json["log_evidence"] = {{"value", defined_or_null(draws.log_evidence.value)},
                           {"standard_error", defined_or_null(draws.log_evidence.standard_error)},
-                          {"laplace", draws.laplace_log_evidence}};
+                          {"laplace", draws.laplace_log_evidence},
+                          {"pareto_k", defined_or_null(draws.pareto_k)},
+                          {"chain_pareto_k", defined_or_null(draws.chain_pareto_k)}};
+  json["confirmation"] = confirmation_of(draws.confirmation);
   json["converged"] = summary.converged;
   json["rhat_max"] = defined_or_null(summary.worst_rhat);
   json["parameter_acceptance"] = draws.parameter_acceptance;

@@ -22,7 +22,10 @@ struct PosteriorSummary {
   // The worst of several are undefined, NaN, where one is.
   double rhat_max = 0, ess_min = INFINITY;  ///< over q(T/2) and q(T)
   double momenta_rhat_max = 0, momenta_ess_min = INFINITY;
-  bool converged = false;  ///< every R-hat at most kHighRhat, and no diagnostic undefined
+  /// Every R-hat at most kHighRhat, no diagnostic undefined, no weight too heavy, and what confirms the chains agrees.
+  bool converged = false;
+  bool refuted = false;     ///< it does not
+  bool heavy_tail = false;  ///< of the weights, where tempered chains do not confirm that it does no harm
   double worst_rhat = 0;
   std::string worst;      ///< what has it
   std::string undefined;  ///< what has undefined diagnostics, empty: nothing

@@ -114,6 +114,7 @@ html::ReportTable facts(const inference::PosteriorProblem& problem, const infere
   table.add("modes found", fmt::to_string(draws.modes));
   table.add("log evidence", evidence_text(draws));
   table.add("the same by Laplace's approximation", fmt::format("{:.3f}", draws.laplace_log_evidence));
+  table.add("confirmed", confirmation_text(draws));
   table.add("least ESS of a position", ess_text(summary.ess_min));
   table.add("seconds", fmt::format("{:.1f}", draws.seconds));
   return std::move(table).table();
@@ -151,6 +152,20 @@ std::string evidence_text(const inference::PosteriorDraws& draws) {
   const Estimate& evidence = draws.log_evidence;
   if (!std::isfinite(evidence.standard_error)) return "undetermined";
   return fmt::format("{:.3f} ± {:.2g}", evidence.value, evidence.standard_error);
+}
+
+std::string confirmed_by_words(const inference::Confirmation& confirmation) {
+  return confirmation.by == inference::Confirmation::By::kImportance ? "weighted draws" : "tempered chains";
+}
+
+std::string confirmation_text(const inference::PosteriorDraws& draws) {
+  const inference::Confirmation& confirmation = draws.confirmation;
+  if (confirmation.by == inference::Confirmation::By::kNothing)
+    return fmt::format("by nothing else; Pareto k of the weights {:.2f}", draws.pareto_k);
+  return fmt::format("{}by {}: log p(y) = {:.3f} ± {:.2g}, {} {:.1f} standard errors apart",
+                     confirmation.agrees ? "" : "not ", confirmed_by_words(confirmation),
+                     confirmation.log_evidence.value, confirmation.log_evidence.standard_error,
+                     confirmation.furthest_of, confirmation.furthest);
 }
 
 std::string model_words(const inference::PosteriorProblem& problem) {

@@ -19,6 +19,12 @@ html::HtmlReport calibration_report(const inference::PosteriorProblem& problem,
                                     const inference::Calibration& calibration, const std::vector<std::string>& notes,
                                     const std::filesystem::path& picture);
 
+/// "weighted draws" or "tempered chains".
+std::string confirmed_by_words(const inference::Confirmation& confirmation);
+
+/// "by weighted draws: log p(y) = 12.34 ± 0.05, means within 2.1 standard errors", or that nothing does.
+std::string confirmation_text(const inference::PosteriorDraws& draws);
+
 /// "12.34 ± 0.05", or "undetermined" where the draws are too few for a standard error.
 std::string evidence_text(const inference::PosteriorDraws& draws);
 

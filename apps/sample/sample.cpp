@@ -30,15 +30,31 @@ const std::vector<std::string> kSamplePictures = {"paths", "chains"};
 // Exchanges so rare do not bring points of the prior to the posterior.
 constexpr double kRareExchange = 0.2;
 
-// rto knows of one mode and of no temperatures.
-std::string remedy_for(const inference::PosteriorDraws& draws, const std::string& method) {
-  if (draws.exchanged.empty() && method == "rto") return "";
-  if (draws.exchanged.empty())
-    return draws.modes > 1 ? ", or --temperatures 8" : ", or --method rto or --temperatures 8";
+// What leads out of tails and to other minima.
+constexpr const char* kTempering = "--method pcn --temperatures 8";
+
+std::string remedy_for(const inference::PosteriorDraws& draws) {
+  if (draws.exchanged.empty()) return fmt::format(", or {}", kTempering);
   const double least = *std::min_element(draws.exchanged.begin(), draws.exchanged.end());
   return least < kRareExchange
              ? fmt::format(", and more --temperatures: exchanges are accepted as rarely as {:.2g}", least)
              : "";
+}
+
+std::string refuted_warning(const inference::PosteriorDraws& draws) {
+  const inference::Confirmation& by = draws.confirmation;
+  return fmt::format(
+      "the chains have missed a part of the posterior, or were too short: {} of {} are {:.1f} standard errors from "
+      "theirs, and log p(y) is {:.3f} ± {:.2g} by them; take {}",
+      by.furthest_of, confirmed_by_words(by), by.furthest, by.log_evidence.value, by.log_evidence.standard_error,
+      draws.exchanged.empty() ? kTempering : "more --draws and more --temperatures");
+}
+
+std::string tail_warning(const inference::PosteriorDraws& draws) {
+  return fmt::format(
+      "the chains may have missed a part of the posterior: the weights of its draws have a tail with Pareto k {:.2f}, "
+      "more than {}, and nothing else determines it; take {}",
+      std::fmax(draws.pareto_k, draws.chain_pareto_k), inference::kHighParetoK, kTempering);
 }
 
 // Chains that did not move, or are too short for their diagnostics.
@@ -50,16 +66,19 @@ std::string undefined_warning(const PosteriorSummary& summary, const inference::
                          : "no move was accepted; take more --warmup, in which the steps are adapted, or --method hmc");
 }
 
-std::vector<std::string> warnings_of(const PosteriorSummary& summary, const inference::PosteriorDraws& draws,
-                                     const std::string& method) {
+std::vector<std::string> warnings_of(const PosteriorSummary& summary, const inference::PosteriorDraws& draws) {
   constexpr double kFewEffective = 400;
   std::vector<std::string> warnings;
   if (!summary.undefined.empty())
     warnings.push_back(undefined_warning(summary, draws));
-  else if (!summary.converged)
+  else if (!(summary.worst_rhat <= inference::kHighRhat))
     warnings.push_back(fmt::format(
         "the chains have not converged: R-hat of {} is {:.4f}, more than {}; take more --draws and --warmup{}",
-        summary.worst, summary.worst_rhat, inference::kHighRhat, remedy_for(draws, method)));
+        summary.worst, summary.worst_rhat, inference::kHighRhat, remedy_for(draws)));
+  else if (summary.refuted)
+    warnings.push_back(refuted_warning(draws));
+  else if (summary.heavy_tail)
+    warnings.push_back(tail_warning(draws));
   double least = summary.ess_min;
   for (const NamedSummary& parameter : summary.parameters)
     least = std::fmin(least, std::fmin(parameter.numbers.ess_bulk, parameter.numbers.ess_tail));
@@ -98,6 +117,7 @@ void print_summary(const inference::PosteriorProblem& problem, const inference::
                *std::max_element(draws.exchanged.begin(), draws.exchanged.end()));
   print_text("evidence   log p(y) = {} by bridge sampling, {:.3f} by Laplace's approximation\n", evidence_text(draws),
              draws.laplace_log_evidence);
+  print_text("confirmed  {}\n", confirmation_text(draws));
 }
 
 // The chains so far, as the first of the two units of a run of which nothing else is done.
@@ -186,7 +206,7 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
     return kNotConverged;
   }
   const PosteriorSummary summary = summarise_posterior(draws);
-  const std::vector<std::string> warnings = warnings_of(summary, draws, options.method);
+  const std::vector<std::string> warnings = warnings_of(summary, draws);
   const std::string record = summary_json(problem, options, draws, summary, notes);
   RunResults files(output);
   files.add("draws.csv", draws_csv(draws));

@@ -24,7 +24,6 @@ constexpr double kFirstAngle = 0.8;
 constexpr double kLeastAngle = 1e-4;
 constexpr int kMostKicks = 32, kMostDoublings = 6;
 constexpr double kThetaAcceptance = 0.3;
-constexpr int kThetaMoves = 6;  // an iteration: each takes one path, and mixes less than a trajectory
 constexpr double kAdaptation = 0.6;
 constexpr double kWider = 1.3;  // deviations of the law within which φ rotates
 // Nats, where a chain begins, below the weight of the centre: draws of a reference of strongly bent paths may lie 10⁵
@@ -69,7 +68,7 @@ bool Chain::begin_at(ThetaPoint theta, double size) {
     const std::size_t kind = kFirstTheta + kKindsOfSpecimen * (i + 1);
     const Specimen& specimen = setting_.specimens[i];
     auto begun = power_ == 0 ? point(i, theta, 0, size * normals(kind + 1, specimen.unknowns()))
-                             : point(i, theta, drawn_mode(setting_.reference.log_weights[i], uniform(kind)),
+                             : point(i, theta, drawn_component(setting_.reference.log_weights[i], uniform(kind)),
                                      size * normals(kind + 1, specimen.unknowns() + specimen.data()));
     if (!begun) return false;
     points.push_back(std::move(*begun));
@@ -98,9 +97,9 @@ std::vector<ChainPoint> Chain::seen_here(const ThetaPoint& theta, const std::vec
     const std::size_t kind = kFirstTheta + kKindsOfSpecimen * (i + 1);
     const std::uint64_t iteration = kExchangeIterations + iteration_;
     point.weight = log_weight_of(setting_, i, theta, power_, point.z, point.shot);
-    point.mode = drawn_mode(point.weight.responsibilities.array().log(),
-                            normal_probability(drawn(setting_.seed, number_, iteration, kind, 1)[0]));
-    const LinearAt& linear = theta.linear[i][point.mode];
+    point.component = drawn_component(point.weight.responsibilities.array().log(),
+                                      normal_probability(drawn(setting_.seed, number_, iteration, kind, 1)[0]));
+    const LinearAt& linear = theta.linear[i][point.component];
     point.v = drawn(setting_.seed, number_, iteration, kind + 1, point.z.size() + setting_.specimens[i].data());
     const VectorXd lacks = point.z - linear.draw(point.v);
     point.v += linear.pull_back(lacks + linear.transposed(linear.apply(lacks)));
@@ -151,11 +150,11 @@ double Chain::log_likelihood() const {
   return sum;
 }
 
-std::optional<ChainPoint> Chain::point(std::size_t specimen, const ThetaPoint& theta, std::size_t mode, VectorXd v,
+std::optional<ChainPoint> Chain::point(std::size_t specimen, const ThetaPoint& theta, std::size_t component, VectorXd v,
                                        bool passing) {
   ++evaluations_;
-  ChainPoint at{mode, std::move(v), {}, {}, {}};
-  std::optional<VectorXd> z = power_ == 0 ? at.v : draw_of(setting_, specimen, theta, mode, at.v, passing);
+  ChainPoint at{component, std::move(v), {}, {}, {}};
+  std::optional<VectorXd> z = power_ == 0 ? at.v : draw_of(setting_, specimen, theta, component, at.v, passing);
   if (!z) return std::nullopt;
   at.z = std::move(*z);
   std::optional<Specimen::Shot> shot = setting_.specimens[specimen].shoot(theta.models[specimen], at.z);
@@ -171,12 +170,21 @@ VectorXd Chain::gradient(std::size_t specimen, const ChainPoint& at) const {
   const Specimen& of = setting_.specimens[specimen];
   const Specimen::Model& model = theta_.models[specimen];
   const std::vector<LinearAt>& linear = theta_.linear[specimen];
-  if (setting_.move.fits_data) return fitted_kick(of, model, linear.front(), at.z, at.shot);
+  if (setting_.is_fitted(at.component)) return fitted_kick(of, model, linear.front(), at.z, at.shot);
+  if (setting_.move.fits_data) return VectorXd::Zero(at.v.size());  // wide laws, which jumps come to and leave
   const LogWeight& weight = at.weight;
+  const std::vector<Component>& components = setting_.reference.components[specimen];
   VectorXd by_z = -power_ * of.transposed(model, at.shot, at.shot.residual);
-  for (std::size_t m = 0; m < linear.size(); ++m)
-    by_z += linear[m].transposed(weight.responsibilities[static_cast<Index>(m)] * weight.residuals[m]);
-  return linear[at.mode].pull_back(by_z);
+  for (std::size_t m = 0, first = 0; m < weight.residuals.size(); ++m) {
+    while (components[first].mode != m) ++first;
+    // Jᵀ(Jz + c) Σ responsibility/width², J = width·J of the first.
+    double sum = 0;
+    for (std::size_t c = first; c < components.size(); ++c)
+      if (components[c].mode == m)
+        sum += weight.responsibilities[static_cast<Index>(c)] * power_ / (components[c].width * components[c].width);
+    by_z += linear[first].transposed(components[first].width / std::sqrt(power_) * sum * weight.residuals[m]);
+  }
+  return linear[at.component].pull_back(by_z);
 }
 
 // Rotations of (v, η) by the angle of a step, which leave N(0, I) invariant, between kicks of η by the gradient of the
@@ -190,7 +198,7 @@ std::optional<TrajectoryPoint> Chain::step(std::size_t specimen, const Trajector
   VectorXd eta = from.eta + 0.5 * angle * from.kick;
   VectorXd turned = std::cos(angle) * from.at.v + std::sin(angle) * eta;
   eta = std::cos(angle) * eta - std::sin(angle) * from.at.v;
-  auto next = point(specimen, theta_, from.at.mode, std::move(turned), passing);
+  auto next = point(specimen, theta_, from.at.component, std::move(turned), passing);
   if (!next) return std::nullopt;
   VectorXd kick = VectorXd::Zero(eta.size());
   if (setting_.move.uses_gradient) kick = gradient(specimen, *next);
@@ -246,12 +254,11 @@ void Chain::move_path(std::size_t specimen, bool adapting) {
   }
 }
 
-// An independent draw of the reference's mode and v.
+// An independent draw of the reference.
 void Chain::jump(std::size_t specimen) {
-  if (theta_.linear[specimen].size() < 2) return;
   const std::size_t kind = kFirstTheta + kKindsOfSpecimen * (specimen + 1) + 3;
-  const std::size_t mode = drawn_mode(setting_.reference.log_weights[specimen], uniform(kind));
-  auto next = point(specimen, theta_, mode, normals(kind + 1, points_[specimen].v.size()));
+  const std::size_t component = drawn_component(setting_.reference.log_weights[specimen], uniform(kind));
+  auto next = point(specimen, theta_, component, normals(kind + 1, points_[specimen].v.size()));
   if (!next) return;
   if (std::log(uniform(kind + 2)) < next->weight.value - points_[specimen].weight.value)
     points_[specimen] = std::move(*next);
@@ -280,7 +287,7 @@ void Chain::move_theta(int turn, bool adapting) {
     double change = log_standard_normal(phi) - log_standard_normal(theta_.phi);
     if (rotates) change += 0.5 * (turned.squaredNorm() - white.squaredNorm());
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      auto moved = point(i, theta, points_[i].mode, points_[i].v);
+      auto moved = point(i, theta, points_[i].component, points_[i].v);
       if (!moved) break;
       change += moved->weight.value - points_[i].weight.value;
       next.push_back(std::move(*moved));

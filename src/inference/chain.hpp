@@ -9,9 +9,9 @@
 
 namespace pulson::inference {
 
-/// A point of the posterior of one specimen in whitened coordinates v = (ζ, ε) of mode m.
+/// A point of the posterior of one specimen in whitened coordinates v = (ζ, ε) of a component of the reference.
 struct ChainPoint {
-  std::size_t mode = 0;
+  std::size_t component = 0;
   Eigen::VectorXd v;
   Eigen::VectorXd z;
   Specimen::Shot shot;
@@ -19,6 +19,9 @@ struct ChainPoint {
 };
 
 struct TrajectoryPoint;
+
+/// Moves of θ in an iteration: each takes one path, and mixes less than a trajectory.
+inline constexpr int kThetaMoves = 6;
 
 /// One Markov chain, see sample_posterior(), of the density N(ζ, ε; 0, I) N(φ; φ̂, BBᵀ) w^τ, w the weight relative to
 /// the reference: the posterior where the power τ is 1, the reference where it is 0. Its random numbers are a function
@@ -28,7 +31,7 @@ class Chain {
   /// Begins at draws of the reference.
   Chain(const ChainSetting& setting, int number, double power);
 
-  /// One iteration: each specimen's path, its mode, θ; `warmup` is how many iterations adapt. With power 0 an
+  /// One iteration: each specimen's path, its component, θ; `warmup` is how many iterations adapt. With power 0 an
   /// independent draw.
   void advance(int warmup);
 
@@ -72,8 +75,8 @@ class Chain {
   void jump(std::size_t specimen);
   void move_theta(int turn, bool adapting);
   void learn(int warmup);
-  std::optional<ChainPoint> point(std::size_t specimen, const ThetaPoint& theta, std::size_t mode, Eigen::VectorXd v,
-                                  bool passing = false);
+  std::optional<ChainPoint> point(std::size_t specimen, const ThetaPoint& theta, std::size_t component,
+                                  Eigen::VectorXd v, bool passing = false);
   Eigen::VectorXd gradient(std::size_t specimen, const ChainPoint& at) const;
 
   ChainSetting setting_;

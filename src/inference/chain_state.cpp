@@ -20,7 +20,7 @@ void Chain::pass_counts(State& state, Self& chain) {
 void Chain::write(StateWriter& to) const {
   to(power_, iteration_, theta_.phi);
   for (const ChainPoint& point : points_) {
-    to(static_cast<std::int64_t>(point.mode), point.v, point.z);
+    to(static_cast<std::int64_t>(point.component), point.v, point.z);
   }
   pass_counts(to, *this);
 }
@@ -36,10 +36,10 @@ void Chain::read(StateReader& from) {
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const Specimen& specimen = setting_.specimens[i];
     ChainPoint& point = points_[i];
-    std::int64_t mode = 0;
-    from(mode, point.v, point.z);
-    point.mode = static_cast<std::size_t>(mode);
-    require(point.z.size() == specimen.unknowns() && (power_ == 0 || point.mode < theta_.linear[i].size()));
+    std::int64_t component = 0;
+    from(component, point.v, point.z);
+    point.component = static_cast<std::size_t>(component);
+    require(point.z.size() == specimen.unknowns() && (power_ == 0 || point.component < theta_.linear[i].size()));
     auto shot = specimen.shoot(theta_.models[i], point.z);
     require(shot.has_value());
     point.shot = std::move(*shot);

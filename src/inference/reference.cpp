@@ -25,6 +25,9 @@ constexpr int kTurns = 2;            // of θ and z
 constexpr Index kFewData = 12;
 constexpr int kSearchesOfFew = 4;
 constexpr std::uint64_t kGuessPath = 1ULL << 60U;
+// Of the reference a fifth is wide: so much the evidence's error grows at most where the path is linear, by a tenth.
+constexpr double kWidePart = 0.2;
+constexpr int kWidths = 3;
 
 // Where searches for minima begin: the z of greatest probability by the searches of registration, then the other minima
 // that these find, and then draws of the prior.
@@ -94,10 +97,56 @@ double log_standard_normal(const VectorXd& phi) {
   return -0.5 * phi.squaredNorm() - 0.5 * static_cast<double>(phi.size()) * std::log(2 * std::numbers::pi);
 }
 
+namespace {
+
+// log(Σ exp x)
+double log_sum_exp(const VectorXd& x) { return x.maxCoeff() + std::log((x.array() - x.maxCoeff()).exp().sum()); }
+
+// log N(φ; φ̂, BBᵀ)
+double log_normal_at(const Reference& reference, const VectorXd& phi) {
+  const VectorXd white = reference.root.triangularView<Eigen::Lower>().solve(phi - reference.centre);
+  return log_standard_normal(white) - reference.root.diagonal().array().log().sum();
+}
+
+}  // namespace
+
 double Reference::log_density(const VectorXd& phi) const {
   if (phi.size() == 0) return 0;
-  const VectorXd white = root.triangularView<Eigen::Lower>().solve(phi - centre);
-  return log_standard_normal(white) - root.diagonal().array().log().sum();
+  return log_sum_exp(Eigen::Vector2d(std::log1p(-kWidePart) + log_normal_at(*this, phi),
+                                     std::log(kWidePart) + log_standard_normal(phi)));
+}
+
+VectorXd Reference::draw(const VectorXd& normals, double uniform) const {
+  if (normals.size() == 0 || uniform < kWidePart) return normals;
+  return centre + VectorXd(root.triangularView<Eigen::Lower>() * normals);
+}
+
+void defend(Reference& reference, const std::vector<Specimen>& specimens, const ParameterSpace& space,
+            double inflation) {
+  const posterior::Numbers numbers = space.at(reference.centre);
+  for (std::size_t s = 0; s < specimens.size(); ++s) {
+    const Specimen::Model model = specimens[s].model(numbers);
+    // Of all specimens together, as their weights are multiplied.
+    const double part = kWidePart / static_cast<double>(specimens.size());
+    const VectorXd of_modes = reference.log_weights[s];
+    std::vector<Component>& components = reference.components.emplace_back();
+    std::vector<double> weights;
+    for (std::size_t m = 0; m < reference.minima[s].size(); ++m) {
+      const LinearAt linear(*reference.minima[s][m].linear, model);
+      const double of_mode = std::exp(of_modes[static_cast<Index>(m)]);
+      components.push_back({m, inflation});
+      weights.push_back((1 - part) * of_mode);
+      // Where σ is that much larger, no direction of the data is known twice as well as a priori.
+      const double widest = std::sqrt(1 + linear.momentum_share() + linear.noise_share());
+      for (int step = 1; step <= kWidths; ++step) {
+        components.push_back({m, inflation * std::pow(widest, static_cast<double>(step) / kWidths)});
+        weights.push_back(part * of_mode / (kWidths + 1));
+      }
+    }
+    components.push_back({0, kOfPrior});
+    weights.push_back(part / (kWidths + 1));
+    reference.log_weights[s] = VectorXd::Map(weights.data(), std::ssize(weights)).array().log();
+  }
 }
 
 namespace {
@@ -233,14 +282,14 @@ Reference make_reference(const std::vector<Specimen>& specimens, const Parameter
     const Specimen::Model model = specimens[s].model(numbers);
     for (Index m = 0; m < logs.size(); ++m)
       logs[m] = LinearAt(*reference.minima[s][static_cast<std::size_t>(m)].linear, model).log_evidence();
-    const double sum = logs.maxCoeff() + std::log((logs.array() - logs.maxCoeff()).exp().sum());
+    const double sum = log_sum_exp(logs);
     laplace += sum;
     reference.log_weights.emplace_back(logs.array() - sum);
   }
   if (k > 0) {
     const MatrixXd covariance = best.information.inverse();
     reference.root = Eigen::LLT<MatrixXd>(covariance).matrixL();
-    laplace += log_standard_normal(reference.centre) - reference.log_density(reference.centre);
+    laplace += log_standard_normal(reference.centre) - log_normal_at(reference, reference.centre);
   }
   reference.laplace_log_evidence = laplace;
   return reference;

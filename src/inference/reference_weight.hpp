@@ -14,42 +14,62 @@ struct ChainSetting {
   const ParameterSpace& space;
   const Reference& reference;
   MoveKind move;
-  double inflation = 1;  ///< factor on σ in the reference
   std::uint64_t seed = 1;
+
+  /// Whether the draws of a component are fitted to their perturbed data, and not by the linear model.
+  bool is_fitted(std::size_t component) const { return move.fits_data && component == 0; }
 };
 
-/// The models of one θ for all specimens, and the linear ones of all modes.
+/// The models of one θ for all specimens, and the linear ones of all components.
 struct ThetaPoint {
   Eigen::VectorXd phi;
   std::vector<Specimen::Model> models;
-  std::vector<std::vector<LinearAt>> linear;  ///< [specimen][mode], of σ/√τ; none where τ is 0
+  std::vector<std::vector<LinearAt>> linear;  ///< [specimen][component], of σ/√τ; none where τ is 0
 };
 
 /// Standard normal numbers of one kind, of the kinds of an iteration of a chain.
 Eigen::VectorXd drawn(std::uint64_t seed, std::uint64_t chain, std::uint64_t iteration, std::size_t kind,
                       Eigen::Index count);
 
-/// A mode by its weight, of a number uniform in (0, 1).
-std::size_t drawn_mode(const Eigen::VectorXd& log_weights, double uniform);
+/// A component by its weight, of a number uniform in (0, 1).
+std::size_t drawn_component(const Eigen::VectorXd& log_weights, double uniform);
 
-/// z of the reference about a mode, of standard normal numbers; none without a path.
+/// z of a component of the reference, of standard normal numbers; none without a path.
 /// @param passing within a trajectory, where its weight is not asked for: less accurate where draws fit their data
 std::optional<Eigen::VectorXd> draw_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta,
-                                       std::size_t mode, const Eigen::VectorXd& normals, bool passing = false);
+                                       std::size_t component, const Eigen::VectorXd& normals, bool passing = false);
 
 ThetaPoint make_theta(const ChainSetting& setting, const Eigen::VectorXd& phi, double power);
 
-/// log p(z | θ) p(y | z, θ)^τ/Σ_m a_m g_m(z | θ), and what its gradient takes of it.
+/// log p(z | θ) p(y | z, θ)^τ/Σ_c a_c g_c(z | θ), and what its gradient takes of it.
 struct LogWeight {
   double value = 0;
   double kicked = 0;  ///< the part whose gradient kicks follow: all, but where draws fit their data the determinant
-  Eigen::VectorXd responsibilities;        ///< of the modes; none where draws fit their data
-  std::vector<Eigen::VectorXd> residuals;  ///< of the linear models
+  Eigen::VectorXd responsibilities;        ///< of the components
+  std::vector<Eigen::VectorXd> residuals;  ///< of the linear models of the modes, Jz + c
 };
 LogWeight log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
                         const Eigen::VectorXd& z, const Specimen::Shot& shot);
 
-/// The log weight of an independent draw of the reference; −∞ without a path.
-double reference_log_weight(const ChainSetting& setting, std::uint64_t number);
+/// log Σ_c a_c g_c(z | θ), of linear models, relative to N(z; 0, I), and what LogWeight has of them. @param first the
+/// component from which the sum begins
+struct LogMixture {
+  double value = 0;
+  Eigen::VectorXd log_parts;  ///< log a_c g_c; −∞ of those before the first
+  std::vector<Eigen::VectorXd> residuals;
+};
+LogMixture log_mixture_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
+                          const Eigen::VectorXd& z, std::size_t first = 0);
+
+/// An independent draw of the reference. Of one specimen the wide components are drawn more often than they weigh, as
+/// what they find is rare and costs one path.
+struct ReferenceDraw {
+  double log_weight;    ///< −∞ without a path
+  double log_part = 0;  ///< of the weight of its component over how often it is drawn
+};
+ReferenceDraw reference_draw(const ChainSetting& setting, std::uint64_t number);
+
+/// How often components are drawn where the wide ones are half of all: log b_c.
+Eigen::VectorXd tilted(const Eigen::VectorXd& log_weights, const std::vector<Component>& components);
 
 }  // namespace pulson::inference

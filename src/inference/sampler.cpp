@@ -5,6 +5,7 @@
 
 #include <fmt/core.h>
 
+#include "confirmation.hpp"
 #include "core/undefined.hpp"
 #include "evidence.hpp"
 #include "pulson/core/errors.hpp"
@@ -60,8 +61,10 @@ void check(const SamplerOptions& options) {
 // What all chains have drawn, draw·chains + chain.
 class Recorder {
  public:
-  Recorder(const std::vector<Specimen>& specimens, const ParameterSpace& space, const SamplerOptions& options)
-      : space_(space), options_(options) {
+  Recorder(const ChainSetting& setting, const SamplerOptions& options)
+      : space_(setting.space), options_(options), components_(setting.reference.components.front()) {
+    const ParameterSpace& space = setting.space;
+    const std::vector<Specimen>& specimens = setting.specimens;
     const Index all = static_cast<Index>(options.draws) * options.chains;
     out.chains = options.chains;
     out.draws = options.draws;
@@ -91,7 +94,7 @@ class Recorder {
     if (space_.count() > 0) out.parameters.col(column) = space_.values(state.theta().phi);
     out.log_likelihood[column] = state.log_likelihood();
     out.log_weight[column] = state.log_weight();
-    out.mode[column] = static_cast<int>(state.points().front().mode);
+    out.mode[column] = static_cast<int>(components_[state.points().front().component].mode);
     const auto kept = std::lower_bound(out.kept.begin(), out.kept.end(), static_cast<int>(column));
     const bool keeps = kept != out.kept.end() && *kept == column;
     std::size_t path = 0;
@@ -120,6 +123,7 @@ class Recorder {
  private:
   const ParameterSpace& space_;
   const SamplerOptions& options_;
+  const std::vector<Component>& components_;  // of the first specimen
 };
 
 // Factor on σ in the reference of moves with kicks: where the path is far from linear a wider reference has weights
@@ -128,13 +132,13 @@ class Recorder {
 constexpr double kInflation = 1.5;
 double inflation(const MoveKind& move) { return move.uses_gradient && !move.fits_data ? kInflation : 1; }
 
-// Draws that fit their data have a density by one linear model alone.
-void keep_the_best(Reference& reference) {
+// The first component is the one whose draws may be fitted to their data.
+void put_best_first(Reference& reference) {
   for (std::size_t s = 0; s < reference.minima.size(); ++s) {
     Index best = 0;
     reference.log_weights[s].maxCoeff(&best);
-    reference.minima[s] = {reference.minima[s][static_cast<std::size_t>(best)]};
-    reference.log_weights[s] = VectorXd::Zero(1);
+    std::swap(reference.minima[s].front(), reference.minima[s][static_cast<std::size_t>(best)]);
+    std::swap(reference.log_weights[s][0], reference.log_weights[s][best]);
   }
 }
 
@@ -190,6 +194,13 @@ class Run {
 
   const std::vector<Replicas>& groups() const { return groups_; }
   const std::vector<double>& powers() const { return powers_; }
+  std::string state(std::chrono::steady_clock::time_point start) {
+    StateWriter to;
+    to(done_, warm_, before_ + seconds_since(start), powers_);
+    for (const Replicas& group : groups_) group.write(to);
+    recorder_.pass(to);
+    return to.take();
+  }
   double warmup_seconds() const { return warm_; }
   double seconds_before() const { return before_; }
 
@@ -222,14 +233,6 @@ class Run {
     if (done_ == options_.warmup) warm_ = before_ + seconds_since(start);
   }
 
-  std::string state(std::chrono::steady_clock::time_point start) {
-    StateWriter to;
-    to(done_, warm_, before_ + seconds_since(start), powers_);
-    for (const Replicas& group : groups_) group.write(to);
-    recorder_.pass(to);
-    return to.take();
-  }
-
   void read() {
     StateReader from(options_.state);
     from(done_, warm_, before_, powers_);
@@ -255,32 +258,32 @@ MatrixXd PosteriorDraws::by_chain(const Eigen::Ref<const Eigen::RowVectorXd>& ro
   return row.reshaped(chains, draws).transpose();
 }
 
-PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOptions& options) {
-  const SerialBlas serial;
-  check(options);
-  const auto start = std::chrono::steady_clock::now();
+namespace {
+
+constexpr int kCheckTemperatures = 8;
+constexpr double kCheckAccuracy = 0.01;  // of the log evidence, or half of the chains' error
+constexpr int kFewestCheckDraws = 200;
+constexpr std::uint64_t kCheckSeed = 0x9e3779b97f4a7c15ULL;
+
+struct ChainsRun {
+  PosteriorDraws draws;
+  std::string state;  // at its end, where states are asked for
+};
+
+// All chains of one setting, and the evidence of them. @param reference without components
+ChainsRun run_chains(const std::vector<Specimen>& specimens, const ParameterSpace& space, Reference reference,
+                     const SamplerOptions& options, std::chrono::steady_clock::time_point start) {
   const MoveKind move = sampler_table().find(options.method).make;
-  if (move.fits_data && options.temperatures > 1)
-    throw InputError(fmt::format("the method '{}' has no tempered posteriors; with several temperatures take another",
-                                 options.method));
-  const ParameterSpace space(problem);
-  std::vector<Specimen> specimens;
-  for (std::size_t i = 0; i < problem.specimens.size(); ++i)
-    if (problem.motions.empty())
-      specimens.emplace_back(problem.specimens[i], problem.tree);
-    else
-      specimens.emplace_back(problem.specimens[i], problem.motions[i]);
-  Reference reference = make_reference(specimens, space, options.searches, options.seed);
-  if (move.fits_data) keep_the_best(reference);
-  const ChainSetting setting{specimens, space, reference, move, inflation(move), options.seed};
-  Recorder recorder(specimens, space, options);
+  defend(reference, specimens, space, inflation(move));
+  const ChainSetting setting{specimens, space, reference, move, options.seed};
+  Recorder recorder(setting, options);
   Run run(setting, options, recorder);
+  PosteriorDraws& out = recorder.out;
   if (!run.finish(start)) {
-    recorder.out.partial = true;
-    return std::move(recorder.out);
+    out.partial = true;
+    return {std::move(out), {}};
   }
   const std::vector<Replicas>& groups = run.groups();
-  PosteriorDraws& out = recorder.out;
   std::int64_t lost = 0;
   for (const Replicas& group : groups) {
     const Chain& chain = group.posterior();
@@ -298,14 +301,90 @@ PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOp
   }
   for (const auto& minima : reference.minima) out.modes = std::max(out.modes, static_cast<int>(minima.size()));
   out.laplace_log_evidence = reference.laplace_log_evidence;
-  if (options.evidence)
-    out.log_evidence = options.temperatures > 1 ? tempered_log_evidence(out) : bridge_log_evidence(setting, out);
+  out.pareto_k = out.chain_pareto_k = kUndefined;
+  if (options.evidence && options.temperatures > 1) {
+    out.log_evidence = tempered_log_evidence(out);
+  } else if (options.evidence) {
+    const BridgedEvidence bridged = bridge_log_evidence(setting, out);
+    out.log_evidence = bridged.log_evidence;
+    out.pareto_k = bridged.pareto_k;
+    out.chain_pareto_k = bridged.chain_pareto_k;
+  }
   // Draws that do not change, or are too few to tell, determine nothing.
   if (std::isnan(effective_sample_size(out.by_chain(out.log_likelihood.transpose()))))
     out.log_evidence = {kUndefined, kUndefined};
   out.warmup_seconds = run.warmup_seconds();
   out.seconds = run.seconds_before() + seconds_since(start);
-  return std::move(out);
+  return {std::move(out), options.on_state ? run.state(start) : std::string()};
+}
+
+// Paths as many as the chains took, which cost less without derivatives: first weighted draws, then, where these
+// determine nothing, tempered chains. @return none where it was ended
+std::optional<Confirmation> confirm(const std::vector<Specimen>& specimens, const ParameterSpace& space,
+                                    const Reference& reference, const SamplerOptions& options, const ChainsRun& run) {
+  const PosteriorDraws& draws = run.draws;
+  Reference defended = reference;
+  defend(defended, specimens, space, 1);
+  const ChainSetting setting{specimens, space, defended, {}, options.seed ^ kCheckSeed};
+  const MoveKind move = sampler_table().find(options.method).make;
+  // An adjoint costs about as much as a path, and a fitted draw as several, and one with its derivatives.
+  const std::int64_t of_cost = move.fits_data ? 8 : move.uses_gradient ? 2 : 1;
+  const ImportanceEstimate weighted = importance_estimate(
+      setting, of_cost * draws.path_evaluations, std::max(kCheckAccuracy, 0.5 * draws.log_evidence.standard_error));
+  if (is_of_use(weighted)) return confirmed_by(weighted, setting, draws);
+  if (options.temperatures > 1) return Confirmation{};
+  SamplerOptions tempered = options;
+  tempered.method = "pcn";
+  tempered.temperatures = kCheckTemperatures;
+  tempered.seed = options.seed ^ kCheckSeed;
+  tempered.paths_kept = 0;
+  tempered.state.clear();
+  if (options.on_state)
+    tempered.on_state = [&](const std::function<std::string()>&) {
+      return options.on_state([&] { return run.state; });
+    };
+  const std::int64_t of_iteration = std::ssize(specimens) * (2 + (space.count() > 0 ? kThetaMoves : 0));
+  const auto iterations =
+      static_cast<int>(of_cost * draws.path_evaluations / (of_iteration * kCheckTemperatures * options.chains));
+  tempered.warmup = iterations / 3;
+  tempered.draws = iterations - tempered.warmup;
+  if (tempered.draws < kFewestCheckDraws) return Confirmation{};
+  const PosteriorDraws other =
+      run_chains(specimens, space, reference, tempered, std::chrono::steady_clock::now()).draws;
+  if (other.partial) return std::nullopt;
+  return is_of_use(other) ? confirmed_by(other, draws) : Confirmation{};
+}
+
+}  // namespace
+
+PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOptions& options) {
+  const SerialBlas serial;
+  check(options);
+  const auto start = std::chrono::steady_clock::now();
+  if (sampler_table().find(options.method).make.fits_data && options.temperatures > 1)
+    throw InputError(fmt::format("the method '{}' has no tempered posteriors; with several temperatures take another",
+                                 options.method));
+  const ParameterSpace space(problem);
+  std::vector<Specimen> specimens;
+  for (std::size_t i = 0; i < problem.specimens.size(); ++i)
+    if (problem.motions.empty())
+      specimens.emplace_back(problem.specimens[i], problem.tree);
+    else
+      specimens.emplace_back(problem.specimens[i], problem.motions[i]);
+  Reference reference = make_reference(specimens, space, options.searches, options.seed);
+  put_best_first(reference);
+  ChainsRun run = run_chains(specimens, space, reference, options, start);
+  PosteriorDraws& draws = run.draws;
+  if (draws.partial || !options.evidence || std::isnan(draws.log_evidence.value)) return std::move(draws);
+  const auto end_of_chains = std::chrono::steady_clock::now();
+  const std::optional<Confirmation> confirmation = confirm(specimens, space, reference, options, run);
+  draws.partial = !confirmation;
+  if (draws.partial) return std::move(draws);
+  draws.confirmation = *confirmation;
+  if (draws.confirmation.by != Confirmation::By::kNothing)
+    draws.log_evidence.standard_error = std::hypot(draws.log_evidence.standard_error, draws.confirmation.difference);
+  draws.seconds += seconds_since(end_of_chains);
+  return std::move(draws);
 }
 
 }  // namespace pulson::inference

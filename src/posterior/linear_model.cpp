@@ -143,8 +143,28 @@ LinearAt::LinearAt(const LinearModel& linear, const Specimen::Model& model) : li
     for (Index i = 0; i < channels; ++i)
       scale_channels_[i] *= std::sqrt(ratios[linear.group_[static_cast<std::size_t>(i)]]);
   }
-  factors_.compute(linear.covariance(model) / (model.sigma * model.sigma));
-  log_evidence_ = -0.5 * offset_.dot(factors_.solve(offset_)) - half_log_determinant() - specimen.log_volume(model);
+  gram_ = linear.covariance(model) / (model.sigma * model.sigma);
+  gram_.diagonal().array() -= 1;
+  log_volume_ = specimen.log_volume(model);
+  factorise();
+}
+
+LinearAt LinearAt::wider(double factor) const {
+  LinearAt made = *this;
+  made.scale_velocity_ /= factor;
+  made.scale_channels_ /= factor;
+  made.offset_ /= factor;
+  made.gram_ /= factor * factor;
+  made.log_volume_ += static_cast<double>(offset_.size()) * std::log(factor);
+  made.factorise();
+  return made;
+}
+
+void LinearAt::factorise() {
+  MatrixXd covariance = gram_;
+  covariance.diagonal().array() += 1;
+  factors_.compute(covariance);
+  log_evidence_ = -0.5 * offset_.dot(factors_.solve(offset_)) - half_log_determinant() - log_volume_;
 }
 
 double LinearAt::half_log_determinant() const { return factors_.matrixLLT().diagonal().array().log().sum(); }

@@ -53,6 +53,8 @@ class LinearModel {
 class LinearAt {
  public:
   LinearAt(const LinearModel& linear, const Specimen::Model& model);
+  /// The same where σ is `factor` times as large.
+  LinearAt wider(double factor) const;
 
   Eigen::VectorXd apply(const Eigen::VectorXd& z) const;       ///< Jz
   Eigen::VectorXd transposed(const Eigen::VectorXd& v) const;  ///< Jᵀv
@@ -80,12 +82,16 @@ class LinearAt {
   double log_evidence() const { return log_evidence_; }  ///< log p(y | θ) of the linear model
 
  private:
+  void factorise();
+
   const LinearModel* linear_;
   double scale_velocity_ = 1;
   Eigen::VectorXd scale_channels_;  ///< C
   std::shared_ptr<const Eigen::MatrixXd> root_;
   Eigen::VectorXd offset_;
+  Eigen::MatrixXd gram_;  ///< JJᵀ
   Eigen::LLT<Eigen::MatrixXd> factors_;
+  double log_volume_ = 0;
   double log_evidence_ = 0;
 };
 

@@ -20,7 +20,7 @@ Estimate ratio_of_normals(double apart, int dimensions) {
     const VectorXd along = x.colwise().sum().transpose();
     return VectorXd(apart * along.array() - 0.5 * apart * apart * dimensions - std::log(5));
   };
-  return bridge(log_weights(1, apart), log_weights(2, 0),
+  return bridge(log_weights(1, apart), log_weights(2, 0), VectorXd::Ones(kDraws),
                 [](const VectorXd& values) { return static_cast<double>(values.size()); });
 }
 

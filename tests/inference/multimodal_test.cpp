@@ -40,7 +40,7 @@ TEST(SeveralModes, OfASwapAreVisitedAlikeBySymmetry) {
   const PosteriorDraws draws = sample_posterior(swap(0), options);
   EXPECT_GE(draws.modes, 2);
   const DrawSummary summary = summarise(draws.by_chain(above(draws)));
-  EXPECT_GT(effective_sample_size(draws.by_chain(above(draws))), 100);
+  EXPECT_GT(effective_sample_size(draws.by_chain(above(draws))), 100) << draws.acceptance;
   EXPECT_NEAR(summary.mean, 0.5, 4 * summary.mcse);
 }
 

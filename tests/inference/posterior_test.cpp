@@ -76,9 +76,11 @@ TEST_P(Method, OfAFreePulsonIsTheClosedForm) {
   const double exact = 2 * (-0.5 * y * y / total - 0.5 * std::log(2 * std::numbers::pi * total));
   EXPECT_NEAR(draws.log_evidence.value, exact, 4 * draws.log_evidence.standard_error + 1e-4);
   EXPECT_NEAR(draws.laplace_log_evidence, exact, 1e-4);
-  const std::string method = GetParam();  // the reference of the others is wider than the posterior
+  // Of the reference of the others no part is as narrow as the posterior. Of these a fifth is wide.
+  const std::string method = GetParam();
   if (method == "pcn" || method == "rto") {
-    EXPECT_NEAR(draws.acceptance, 1, 1e-6);
+    EXPECT_GT(draws.acceptance, 0.9);
+    EXPECT_LT(draws.pareto_k, kHighParetoK);
   }
 }
 

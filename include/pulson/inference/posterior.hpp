@@ -91,7 +91,8 @@ struct SamplerOptions {
   /// For modes: from the minima that registration finds, and one less from draws of the prior; 0: 4 where data are at
   /// most 12, else 1.
   int searches = 0;
-  bool evidence = true;  ///< whether the evidence is computed, from 100 to 2000 draws of the reference
+  /// Whether the evidence is computed, from 100 to 2000 draws of the reference, and confirmed.
+  bool evidence = true;
   std::uint64_t seed = 1;
   /// Called with the fraction done, for progress; from several threads.
   std::function<void(double fraction)> on_progress{};
@@ -101,6 +102,18 @@ struct SamplerOptions {
   /// Of a call with the same problem and options, from which this one goes on, to the bits of one call. Not for another
   /// version of the program or another kind of machine.
   std::string state{};
+};
+
+/// What an estimate that shares nothing with the chains but the model says of them.
+struct Confirmation {
+  enum class By { kNothing, kImportance, kTempering };
+  By by = By::kNothing;         ///< kNothing: neither weighted draws nor tempered chains of the same cost determine it
+  Estimate log_evidence{};      ///< log p(y) of it
+  double difference = 0;        ///< log p(y) of the chains, less that
+  double furthest = 0;          ///< the greatest difference of evidence, θ, p0, q(T), in standard errors
+  double furthest_allowed = 0;  ///< exceeded by chance once in 500
+  std::string furthest_of;
+  bool agrees = false;
 };
 
 /// Draws of all chains; index draw·chains + chain throughout. Each path is that of a specimen, or a branch of the tree.
@@ -121,8 +134,12 @@ struct PosteriorDraws {
   double parameter_acceptance = 0;                      ///< of the moves of θ; 0 without parameters
   double step_angle = 0;                                ///< mean over chains, radians
   double warmup_seconds = 0, seconds = 0;               ///< all, warm-up included
-  Estimate log_evidence;                                ///< log p(y) by bridge sampling; NaN: undetermined
-  double laplace_log_evidence = 0;                      ///< of the reference
+  /// log p(y) by bridge sampling; NaN: undetermined. Its error has in it how far that of the confirmation is from it.
+  Estimate log_evidence;
+  double pareto_k = 0;        ///< of the weights of the reference's draws; NaN: they are too few, or evidence is off
+  double chain_pareto_k = 0;  ///< of the chains' weights, as those of draws of the reference would have it
+  Confirmation confirmation;
+  double laplace_log_evidence = 0;  ///< of the reference
   std::int64_t path_evaluations = 0;
   std::vector<double> powers;               ///< τ, increasing from 0 to 1; empty without tempering
   std::vector<double> exchanged;            ///< mean probability, of each pair of neighbours

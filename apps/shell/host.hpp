@@ -18,13 +18,13 @@ namespace pulson {
 
 /// All of it may be called by any thread, one at a time or not.
 struct Host {
-  std::function<void(Style, const std::string&)> message;                   ///< a warning or a note
-  std::function<void(std::string_view)> print;                              ///< what goes to standard output
-  std::function<void(double fraction, const std::string& text)> progress;   ///< negative: nobody knows how much is done
-  std::function<bool()> interrupted;                                        ///< whether the work is to end
+  std::function<void(Style, const std::string&)> message;                  ///< a warning or a note
+  std::function<void(std::string_view)> print;                             ///< what goes to standard output
+  std::function<void(double fraction, const std::string& text)> progress;  ///< negative: nobody knows how much is done
+  std::function<bool()> interrupted;                                       ///< whether the work is to end
   /// A noise model that simulations take where their specification is its own; null: none.
   std::shared_ptr<const NoiseModel> noise{};
-  bool numbers_only = false;                                                ///< neither pictures nor pages are made
+  bool numbers_only = false;  ///< neither pictures nor pages are made
 };
 
 /// Null in the program.
@@ -46,8 +46,8 @@ class HostScope {
 };
 
 /// Runs a verb of `add_verbs` by its words, without the program's name, and forgets what it chose for the process.
-/// Within a HostScope. @return the exit code: kDone or kNotConverged @throws Error; HostStopped; what is no fault of the
-/// caller's as std::exception
+/// Within a HostScope. @return the exit code: kDone or kNotConverged @throws Error; HostStopped; what is no fault of
+/// the caller's as std::exception
 int run_hosted_verb(const std::vector<std::string>& words,
                     const std::function<void(CLI::App& program, int& exit_code)>& add_verbs);
 

@@ -37,8 +37,8 @@ Doubles doubles_of(const py::handle& value, const std::string& what) {
   }
   const char kind = array.dtype().kind();
   if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b')
-    throw py::type_error(fmt::format("{} is an array of {}; numbers are needed", what,
-                                     py::str(array.dtype()).cast<std::string>()));
+    throw py::type_error(
+        fmt::format("{} is an array of {}; numbers are needed", what, py::str(array.dtype()).cast<std::string>()));
   Doubles doubles = Doubles::ensure(array);
   if (!doubles) throw py::error_already_set();
   return doubles;
@@ -82,11 +82,11 @@ formats::LandmarkFile landmarks_of(const py::handle& value, const std::string& w
   const Doubles doubles = doubles_of(value, what);
   const py::ssize_t n = doubles.ndim();
   if (n < 1 || n > 3 || (n > 1 && (doubles.shape(n - 1) < 1 || doubles.shape(n - 1) > 3))) refuse_shape(doubles, what);
-  if (doubles.size() == 0) throw InputError(fmt::format("{} has the shape {}: no landmarks", what, shape_text(doubles)));
+  if (doubles.size() == 0)
+    throw InputError(fmt::format("{} has the shape {}: no landmarks", what, shape_text(doubles)));
   std::vector<std::size_t> sizes(doubles.shape(), doubles.shape() + n);
   if (n == 1) sizes.push_back(1);
-  const std::string bytes =
-      formats::npy_bytes({doubles.data(), static_cast<std::size_t>(doubles.size())}, sizes);
+  const std::string bytes = formats::npy_bytes({doubles.data(), static_cast<std::size_t>(doubles.size())}, sizes);
   return formats::shapes_of_text(what, bytes, {.format = "npy"});
 }
 

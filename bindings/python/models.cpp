@@ -91,12 +91,16 @@ class OwnNoise final : public NoiseModel {
     const Points q = value_of(sums.at.q), p = value_of(sums.at.p);
     const State at{q, p}, change{change_of(sums.at.q), change_of(sums.at.p)};
     if (sums.potentials) {
-      const Eigen::VectorXd values = h(at), changes = along(change, kStep, [&](const State& s) { return h(s); }, at);
+      const Eigen::VectorXd values = h(at), changes = along(
+                                                change, kStep, [&](const State& s) { return h(s); }, at);
       for (Eigen::Index i = 0; i < values.size(); ++i) (*sums.potentials)[i] += Dual(values[i], changes[i]);
     }
     if (sums.gradient) add(dh(at, sums.w), ddh(at, sums.w, change), *sums.gradient);
     if (sums.compensation && traits_.compensated)
-      add(dg(at), state_along(change, second_step(), [&](const State& s) { return dg(s); }, at), *sums.compensation);
+      add(dg(at),
+          state_along(
+              change, second_step(), [&](const State& s) { return dg(s); }, at),
+          *sums.compensation);
   }
 
   void add_to(const SpaceSums<double>&) const override {}
@@ -162,7 +166,8 @@ class OwnNoise final : public NoiseModel {
     if (values.ndim() != 1 || (channels_ >= 0 && values.size() != channels_))
       throw InputError(fmt::format("noise '{}': potentials must return one number for each channel, (C,)", name_));
     Eigen::VectorXd result = Eigen::Map<const Eigen::VectorXd>(values.data(), values.size());
-    if (!result.allFinite()) throw InputError(fmt::format("noise '{}': potentials returns a number that is not finite", name_));
+    if (!result.allFinite())
+      throw InputError(fmt::format("noise '{}': potentials returns a number that is not finite", name_));
     return result;
   }
 
@@ -208,7 +213,8 @@ class OwnNoise final : public NoiseModel {
   // ∇²h_w along a change
   State ddh(const State& at, const Eigen::VectorXd& w, const State& change) const {
     if (hessian_.is_none())
-      return state_along(change, second_step(), [&](const State& s) { return dh(s, w); }, at);
+      return state_along(
+          change, second_step(), [&](const State& s) { return dh(s, w); }, at);
     const Callback python;
     return pair_of(hessian_(copy_of(at.q), copy_of(at.p), array_of(w), copy_of(change.q), copy_of(change.p)),
                    "hessian");
@@ -229,9 +235,10 @@ class OwnNoise final : public NoiseModel {
     const double error = size_of(scaled_sum(own, -1, differences));
     const double scale = std::max(size_of(own), size_of(differences));
     if (!(error <= tolerance * std::max(scale, 1e-8)))
-      throw InputError(fmt::format("noise '{}': {} differs from central differences by {:.2g} of its size; it is no "
-                                   "derivative of what it should be",
-                                   name_, what, error / scale));
+      throw InputError(
+          fmt::format("noise '{}': {} differs from central differences by {:.2g} of its size; it is no "
+                      "derivative of what it should be",
+                      name_, what, error / scale));
   }
 
   // Checks the derivatives at a state about `like`, and finds the traits there.
@@ -255,7 +262,9 @@ class OwnNoise final : public NoiseModel {
     if (!gradient_.is_none()) require_same(dh(at, w), dh_by_differences(at, w), 1e-5, "gradient");
     if (!hessian_.is_none())
       require_same(ddh(at, w, change),
-                   state_along(change, second_step(), [&](const State& s) { return dh(s, w); }, at), 1e-3, "hessian");
+                   state_along(
+                       change, second_step(), [&](const State& s) { return dh(s, w); }, at),
+                   1e-3, "hessian");
     const auto is_small = [](double part, double whole) { return part <= 1e-7 * whole; };
     const State slope = dh(at, w), elsewhere = dh(scaled_sum(at, 0.1, change), w);
     const double size = size_of(slope);
@@ -314,19 +323,21 @@ array([[1.    , 0.3679]])
            }),
            py::arg("spec"), py::arg("source") = py::none())
       .def_property_readonly("spec", [](const KernelOperator& self) { return self.spec(); })
-      .def("gram",
-           [](const KernelOperator& self, const py::handle& x, const py::handle& y) {
-             return array_of(Eigen::MatrixXd(self.gram(points_of(x, "x"), points_of(y, "y")).transpose()));
-           },
-           "K(x_i - y_j), (M, N)", py::arg("x"), py::arg("y"))
-      .def("velocity",
-           [](const KernelOperator& self, const py::handle& x, const py::handle& q, const py::handle& p) {
-             const Points at = points_of(x, "x"), from = points_of(q, "q"), momenta = points_of(p, "p");
-             if (from.rows() != momenta.rows() || from.cols() != momenta.cols() || at.rows() != from.rows())
-               throw InputError("x, q and p must have the same number of coordinates, q and p as many landmarks");
-             return array_of(self.apply(at, from, momenta));
-           },
-           "sum_j K(x_i - q_j) p_j, (M, d)", py::arg("x"), py::arg("q"), py::arg("p"))
+      .def(
+          "gram",
+          [](const KernelOperator& self, const py::handle& x, const py::handle& y) {
+            return array_of(Eigen::MatrixXd(self.gram(points_of(x, "x"), points_of(y, "y")).transpose()));
+          },
+          "K(x_i - y_j), (M, N)", py::arg("x"), py::arg("y"))
+      .def(
+          "velocity",
+          [](const KernelOperator& self, const py::handle& x, const py::handle& q, const py::handle& p) {
+            const Points at = points_of(x, "x"), from = points_of(q, "q"), momenta = points_of(p, "p");
+            if (from.rows() != momenta.rows() || from.cols() != momenta.cols() || at.rows() != from.rows())
+              throw InputError("x, q and p must have the same number of coordinates, q and p as many landmarks");
+            return array_of(self.apply(at, from, momenta));
+          },
+          "sum_j K(x_i - q_j) p_j, (M, d)", py::arg("x"), py::arg("q"), py::arg("p"))
       .def("__str__", [](const KernelOperator& self) { return self.spec(); })
       .def("__repr__", [](const KernelOperator& self) { return fmt::format("Kernel('{}')", self.spec(6)); });
 

@@ -230,7 +230,8 @@ void run_hosted(const std::function<void()>& work, const RunOptions& options) {
 void add_runs(py::module_& module) {
   module.def("_options", &options_of);
   module.def("_read_options", &options_of_reading);
-  module.def("_run", &run_verb, py::arg("words"), py::arg("held"), py::arg("noise"), py::arg("progress"), py::arg("numbers_only"));
+  module.def("_run", &run_verb, py::arg("words"), py::arg("held"), py::arg("noise"), py::arg("progress"),
+             py::arg("numbers_only"));
   module.def("_build", [] { return build_facts(); });
   module.def("_formats", [] { return formats::landmark_format_names(); });
   module.def("_python_words", &in_python_words);

@@ -84,8 +84,8 @@ Aligned align_pair(const py::handle& source, const py::handle& target, const std
   Points x = points_of(source, "source");
   const Points y = points_of(target, "target");
   if (x.rows() != y.rows() || x.cols() != y.cols())
-    throw InputError(fmt::format("source has {} landmarks in {}D, target {} in {}D", x.cols(), x.rows(), y.cols(),
-                                 y.rows()));
+    throw InputError(
+        fmt::format("source has {} landmarks in {}D, target {} in {}D", x.cols(), x.rows(), y.cols(), y.rows()));
   AlignmentOptions options{.weights = {}, .reflect = reflect};
   if (weights) options.weights = Eigen::Map<const Eigen::VectorXd>(weights->data(), weights->size());
   Alignment map = pulson::align(x, y, kind_of(kind, x.rows()), options);
@@ -99,7 +99,8 @@ std::string text_of(const Landmarks& shape) {
 }  // namespace
 
 void add_shapes(py::module_& module) {
-  py::class_<Landmarks, std::shared_ptr<Landmarks>>(module, "Shape", R"(One shape: landmarks with what a file says of them.
+  py::class_<Landmarks, std::shared_ptr<Landmarks>>(module, "Shape",
+                                                    R"(One shape: landmarks with what a file says of them.
 
 >>> import pulson
 >>> shape = pulson.Shape([[0, 0], [1, 0], [0, 1]], labels=["a", "b", "c"], name="triangle")
@@ -113,11 +114,12 @@ void add_shapes(py::module_& module) {
       .def_property_readonly(
           "points", [](const py::object& self) { return view_of(self.cast<const Landmarks&>().points, self); },
           "coordinates, (N, d); a missing one is nan")
-      .def("__array__", [](const py::object& self, const py::args&, const py::kwargs& options) {
-        const py::object view = view_of(self.cast<const Landmarks&>().points, self);
-        const bool has_type = options.contains("dtype") && !options["dtype"].is_none();
-        return has_type ? view.attr("astype")(options["dtype"]) : view;
-      })
+      .def("__array__",
+           [](const py::object& self, const py::args&, const py::kwargs& options) {
+             const py::object view = view_of(self.cast<const Landmarks&>().points, self);
+             const bool has_type = options.contains("dtype") && !options["dtype"].is_none();
+             return has_type ? view.attr("astype")(options["dtype"]) : view;
+           })
       .def_readonly("labels", &Landmarks::labels, "names of the landmarks, or empty")
       .def_readonly("groups", &Landmarks::groups, "the outline of each landmark, or empty")
       .def_readwrite("name", &Landmarks::name, "of the specimen")
@@ -133,10 +135,13 @@ void add_shapes(py::module_& module) {
       .def("__len__", &Landmarks::count)
       .def("__repr__", &text_of);
 
-  py::class_<Aligned>(module, "Alignment", "The map x -> scale * linear @ x + translation, and where it takes the source.")
-      .def_property_readonly("points", [](const py::object& self) { return view_of(self.cast<Aligned&>().points, self); })
+  py::class_<Aligned>(module, "Alignment",
+                      "The map x -> scale * linear @ x + translation, and where it takes the source.")
+      .def_property_readonly("points",
+                             [](const py::object& self) { return view_of(self.cast<Aligned&>().points, self); })
       .def_property_readonly("scale", [](const Aligned& self) { return self.map.scale; })
-      .def_property_readonly("linear", [](const Aligned& self) { return array_of(Eigen::MatrixXd(self.map.linear.transpose())); })
+      .def_property_readonly("linear",
+                             [](const Aligned& self) { return array_of(Eigen::MatrixXd(self.map.linear.transpose())); })
       .def_property_readonly("translation", [](const Aligned& self) { return array_of(self.map.translation); })
       .def_property_readonly("kind", [](const Aligned& self) { return alignment_name(self.map.kind); })
       .def("apply", [](const Aligned& self, const py::handle& points) {
@@ -153,9 +158,8 @@ void add_shapes(py::module_& module) {
     if (shapes.empty()) throw InputError("there are no shapes");
     return procrustes_mean(shapes, kind_of(kind, shapes.front().dimension()));
   });
-  module.def("_shapes_of", [](const py::handle& value, const std::string& what) {
-    return landmarks_of(value, what).shapes;
-  });
+  module.def("_shapes_of",
+             [](const py::handle& value, const std::string& what) { return landmarks_of(value, what).shapes; });
 }
 
 }  // namespace pulson::python

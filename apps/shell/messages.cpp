@@ -329,7 +329,11 @@ Interrupt::~Interrupt() {
   if (ranks::are_of_mpirun()) std::signal(SIGCONT, SIG_DFL);
 }
 
-bool Interrupt::came() { return signalled != 0 || (host() != nullptr && host()->interrupted()); }
+bool Interrupt::came() {
+  if (host() == nullptr) return signalled != 0;
+  if (host()->interrupted() && host()->numbers_only) throw HostStopped();  // nothing is kept
+  return host()->interrupted();
+}
 
 LossNotice::LossNotice(const std::string& loss) {
   if (host() != nullptr) return;

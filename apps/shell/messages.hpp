@@ -115,6 +115,7 @@ class Interrupt {
   Interrupt(const Interrupt&) = delete;
   Interrupt& operator=(const Interrupt&) = delete;
 
+  /// @throws HostStopped where a host that keeps nothing ends the work
   static bool came();
 };
 

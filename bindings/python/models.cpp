@@ -11,6 +11,7 @@
 
 #include "pulson/core/errors.hpp"
 #include "pulson/noise/noise_table.hpp"
+#include "shell/host.hpp"
 
 namespace pulson::python {
 namespace {
@@ -38,9 +39,15 @@ State scaled_sum(const State& a, double factor, const State& b) { return {a.q + 
 
 double size_of(const State& a) { return std::sqrt(a.q.squaredNorm() + a.p.squaredNorm()); }
 
-// Of central differences: the third root of the precision, and its fourth root for differences of differences.
-constexpr double kStep = 6e-6;
-constexpr double kCoarseStep = 1.2e-4;
+// Of differences of fourth order, in lengths of the shape: what is cut off and what is rounded are of one size, and
+// differences of differences still have ten digits.
+constexpr double kStep = 4e-3;
+
+// f'(0) of f(-2t), f(-t), f(t), f(2t)
+template <class Value>
+Value slope_of(const Value& minus2, const Value& minus1, const Value& plus1, const Value& plus2, double t) {
+  return ((minus2 - plus2) + 8 * (plus1 - minus1)) / (12 * t);
+}
 
 /// A model whose potentials, and as many of their derivatives as its author has, are functions in Python of q and p,
 /// (N, d). Its traits are measured at a state.
@@ -92,14 +99,14 @@ class OwnNoise final : public NoiseModel {
     const State at{q, p}, change{change_of(sums.at.q), change_of(sums.at.p)};
     if (sums.potentials) {
       const Eigen::VectorXd values = h(at), changes = along(
-                                                change, kStep, [&](const State& s) { return h(s); }, at);
+                                                change, [&](const State& s) { return h(s); }, at);
       for (Eigen::Index i = 0; i < values.size(); ++i) (*sums.potentials)[i] += Dual(values[i], changes[i]);
     }
     if (sums.gradient) add(dh(at, sums.w), ddh(at, sums.w, change), *sums.gradient);
     if (sums.compensation && traits_.compensated)
       add(dg(at),
           state_along(
-              change, second_step(), [&](const State& s) { return dg(s); }, at),
+              change, [&](const State& s) { return dg(s); }, at),
           *sums.compensation);
   }
 
@@ -140,27 +147,29 @@ class OwnNoise final : public NoiseModel {
     }
   }
 
-  // A derivative along a change of the state, by central differences.
-  double step_for(const State& change, double step) const {
-    const double size = size_of(change);
-    return size > 0 ? step * length_ / size : 0;
+  // A derivative along a change of the state.
+  double step_for(const State& change) const {
+    const double size = std::max(change.q.norm() / length_, change.p.norm());
+    return size > 0 ? kStep / size : 0;
   }
   template <class Function>
-  Eigen::VectorXd along(const State& change, double step, const Function& f, const State& at) const {
-    const double t = step_for(change, step);
+  Eigen::VectorXd along(const State& change, const Function& f, const State& at) const {
+    const double t = step_for(change);
     if (t == 0) return Eigen::VectorXd::Zero(channels_);
-    return (f(scaled_sum(at, t, change)) - f(scaled_sum(at, -t, change))) / (2 * t);
+    const auto value = [&](double by) -> Eigen::VectorXd { return f(scaled_sum(at, by, change)); };
+    return slope_of<Eigen::VectorXd>(value(-2 * t), value(-t), value(t), value(2 * t), t);
   }
   template <class Function>
-  State state_along(const State& change, double step, const Function& f, const State& at) const {
-    const double t = step_for(change, step);
+  State state_along(const State& change, const Function& f, const State& at) const {
+    const double t = step_for(change);
     if (t == 0) return {Points::Zero(dimension_, count_), Points::Zero(dimension_, count_)};
-    const State plus = f(scaled_sum(at, t, change)), minus = f(scaled_sum(at, -t, change));
-    return {(plus.q - minus.q) / (2 * t), (plus.p - minus.p) / (2 * t)};
+    const State a = f(scaled_sum(at, -2 * t, change)), b = f(scaled_sum(at, -t, change));
+    const State c = f(scaled_sum(at, t, change)), e = f(scaled_sum(at, 2 * t, change));
+    return {slope_of<Points>(a.q, b.q, c.q, e.q, t), slope_of<Points>(a.p, b.p, c.p, e.p, t)};
   }
-  double second_step() const { return gradient_.is_none() ? kCoarseStep : kStep; }
 
   Eigen::VectorXd h(const State& at) const {
+    if (host() != nullptr && host()->interrupted()) throw HostStopped();
     const Callback python;
     const Doubles values = doubles_of(potentials_(copy_of(at.q), copy_of(at.p)), "what potentials returns");
     if (values.ndim() != 1 || (channels_ >= 0 && values.size() != channels_))
@@ -194,18 +203,17 @@ class OwnNoise final : public NoiseModel {
     State result{Points::Zero(dimension_, count_), Points::Zero(dimension_, count_)};
     const double t = kStep * length_;
     State moved = at;
-    const auto slope = [&](double& coordinate) {
+    const auto value = [&](double& coordinate, double by) {
       const double kept = coordinate;
-      coordinate = kept + t;
-      const double plus = w.dot(h(moved));
-      coordinate = kept - t;
-      const double minus = w.dot(h(moved));
+      coordinate += by;
+      const double sum = w.dot(h(moved));
       coordinate = kept;
-      return (plus - minus) / (2 * t);
+      return sum;
     };
     for (Eigen::Index i = 0; i < at.q.size(); ++i) {
-      result.q.data()[i] = slope(moved.q.data()[i]);
-      result.p.data()[i] = slope(moved.p.data()[i]);
+      double &x = moved.q.data()[i], &y = moved.p.data()[i];
+      result.q.data()[i] = slope_of(value(x, -2 * t), value(x, -t), value(x, t), value(x, 2 * t), t);
+      result.p.data()[i] = (value(y, 1) - value(y, -1)) / 2;  // affine
     }
     return result;
   }
@@ -214,7 +222,7 @@ class OwnNoise final : public NoiseModel {
   State ddh(const State& at, const Eigen::VectorXd& w, const State& change) const {
     if (hessian_.is_none())
       return state_along(
-          change, second_step(), [&](const State& s) { return dh(s, w); }, at);
+          change, [&](const State& s) { return dh(s, w); }, at);
     const Callback python;
     return pair_of(hessian_(copy_of(at.q), copy_of(at.p), array_of(w), copy_of(change.q), copy_of(change.p)),
                    "hessian");
@@ -263,7 +271,7 @@ class OwnNoise final : public NoiseModel {
     if (!hessian_.is_none())
       require_same(ddh(at, w, change),
                    state_along(
-                       change, second_step(), [&](const State& s) { return dh(s, w); }, at),
+                       change, [&](const State& s) { return dh(s, w); }, at),
                    1e-3, "hessian");
     const auto is_small = [](double part, double whole) { return part <= 1e-7 * whole; };
     const State slope = dh(at, w), elsewhere = dh(scaled_sum(at, 0.1, change), w);

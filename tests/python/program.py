@@ -12,7 +12,7 @@ PROGRAM = os.environ.get("PULSON_PROGRAM", "pulson")
 SAMPLES = os.path.join(os.path.dirname(__file__), "..", "..", "sample_shapes")
 
 # What two runs of one task differ in.
-_VOLATILE = {"seconds", "files", "command", "threads", "target_name", "version"}
+_VOLATILE = {"seconds", "files", "command", "threads", "target_name", "version", "notes", "run"}
 
 
 def sample(name):

@@ -6,7 +6,7 @@
 import numpy as np
 import pulson
 
-leaves = pulson.read("sample_shapes/leaves.tps", landmarks="1,5,9,13,17,21,25,29")[:8]
+leaves = pulson.read("sample_shapes/leaves.tps", landmarks="1,3,5,8,10,12,15,17")[:8]
 points = {shape.name: np.array(shape.points) for shape in leaves}
 spoiled = {name: array.copy() for name, array in points.items()}
 victim = list(spoiled)[2]

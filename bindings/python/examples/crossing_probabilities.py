@@ -16,7 +16,7 @@ for beta in betas:
     noise = f"ch-sd:beta={beta},on=2" if beta else None
     crossing = pulson.ensemble(noise=noise, **MODEL).crossing
     probabilities.append(crossing["probability"])
-    errors.append(crossing["standard_error"])
+    errors.append(crossing["standard_error"] or 0)
     print(f"beta {beta:4}: {probabilities[-1]:.3f} ± {errors[-1]:.3f}")
 
 # %% [markdown]

@@ -227,8 +227,11 @@ def _points_text(value, name):
 
 
 def warn(texts):
+    frame, level = sys._getframe(1), 2
+    while frame is not None and os.path.dirname(frame.f_code.co_filename) == os.path.dirname(__file__):
+        frame, level = frame.f_back, level + 1
     for text in texts:
-        warnings.warn(_pulson._python_words(text), _results.PulsonWarning, stacklevel=4)
+        warnings.warn(_pulson._python_words(text), _results.PulsonWarning, stacklevel=level - 1)
 
 
 class _Bar:

@@ -83,7 +83,7 @@ def shoot(q, p, kernel=_pulson._path_kernel, noise=None, *, time=1, steps=None, 
     >>> import pulson
     >>> path = pulson.shoot([0, 2], [1, 0.5], "gaussian:alpha=1", time=1, steps=50)
     >>> path.q.shape, path.end.round(3).ravel()
-    ((51, 2, 1), array([1.03 , 2.555]))
+    ((51, 2, 1), array([0.993, 2.577]))
 
     It is that of `pulson simulate --shape`. `increments` are those of the noise, (steps, channels), else drawn by `seed`.
     """
@@ -288,7 +288,7 @@ def compare(shapes, *, out=None, progress=None, **options):
         for name, value in options.items():
             call.option(name, value)
         call.words += positional
-        record = "recovery.json" if options.get("simulate") else "compare.json"
+        record = "recovery.json" if options.get("simulate") else "comparison.json"
         return call.result(_results.Comparison, record, out, progress)
 
 

@@ -159,7 +159,7 @@ py::dict described(const CLI::Option& option) {
   entry["name"] = is_positional ? option.get_name(true) : names.empty() ? std::string() : names.front();
   entry["help"] = option.get_description();
   entry["default"] = option.get_default_str();
-  entry["flag"] = option.get_type_size() == 0;
+  entry["flag"] = option.get_items_expected_max() == 0;
   entry["positional"] = is_positional;
   entry["required"] = option.get_required();
   entry["many"] = option.get_expected_max() > 1;

@@ -8,14 +8,14 @@ import unittest
 import pulson
 
 BINDINGS = os.path.join(os.path.dirname(__file__), "..", "..", "bindings", "python")
-sys.path.insert(0, BINDINGS)
+sys.path.insert(0, os.path.join(BINDINGS, "tools"))
 
 
 class Stubs(unittest.TestCase):
     def test_they_are_those_of_the_tables(self):
         import make_stubs
         with open(os.path.join(BINDINGS, "pulson", "__init__.pyi"), encoding="utf-8") as file:
-            self.assertEqual(file.read(), make_stubs.stubs(), "run bindings/python/make_stubs.py")
+            self.assertEqual(file.read(), make_stubs.stubs(), "run bindings/python/tools/make_stubs.py")
 
     def test_they_name_all(self):
         with open(os.path.join(BINDINGS, "pulson", "__init__.pyi"), encoding="utf-8") as file:

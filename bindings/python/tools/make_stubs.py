@@ -1,6 +1,6 @@
 """Prints pulson/__init__.pyi: the signatures of the functions, whose options are the program's.
 
-    PYTHONPATH=build/dev/python python3 bindings/python/make_stubs.py > bindings/python/pulson/__init__.pyi
+    PYTHONPATH=build/dev/python python3 bindings/python/tools/make_stubs.py > bindings/python/pulson/__init__.pyi
 """
 
 import inspect
@@ -8,7 +8,7 @@ import inspect
 import pulson
 from pulson import _functions
 
-_HEAD = '''# Made by bindings/python/make_stubs.py: the options are those of the program.
+_HEAD = '''# Made by bindings/python/tools/make_stubs.py: the options are those of the program.
 from os import PathLike
 from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 

@@ -220,6 +220,7 @@ class OwnNoise final : public NoiseModel {
 
   // ∇²h_w along a change
   State ddh(const State& at, const Eigen::VectorXd& w, const State& change) const {
+    if (traits_.additive) return {Points::Zero(dimension_, count_), Points::Zero(dimension_, count_)};
     if (hessian_.is_none())
       return state_along(
           change, [&](const State& s) { return dh(s, w); }, at);
@@ -284,13 +285,14 @@ class OwnNoise final : public NoiseModel {
       parts += size_of(one) * size_of(one);
     }
     const Eigen::VectorXd shifted = h({at.q.array() + 0.37 * length_, at.p});
+    const bool is_additive = is_small(size_of(scaled_sum(slope, -1, elsewhere)), size);
     traits_ = {.displacement = moves_positions ? Displacement::landmarks() : Displacement::none(),
                .moves_momenta = !is_small(slope.q.norm(), size),
-               .additive = is_small(size_of(scaled_sum(slope, -1, elsewhere)), size),
+               .additive = is_additive,
                .compensated = compensation > 1e-7 * parts,
                .translation_invariant = (shifted - here).norm() <= 1e-9 * here.norm(),
                .diffeomorphic = !moves_positions,
-               .local = false,
+               .local = is_additive,
                .linear = h({at.q, Points::Zero(dimension_, count_)}).norm() <= 1e-12 * here.norm()};
   }
 
@@ -298,7 +300,7 @@ class OwnNoise final : public NoiseModel {
   std::string name_;
   int dimension_, count_, channels_ = -1;
   double length_ = 1;
-  NoiseTraits traits_{.displacement = Displacement::landmarks()};
+  NoiseTraits traits_{.displacement = Displacement::landmarks(), .additive = false};  // until it is measured
 };
 
 }  // namespace

@@ -29,7 +29,9 @@ struct Address {
 /// the last '#'.
 Address split_address(const std::string& address) {
   if (address == "-") return {std::string(text::kStandardInput), "", false};
-  const auto exists = [](const std::string& path) { return path == text::kStandardInput || held_shapes(path) || is_there(path); };
+  const auto exists = [](const std::string& path) {
+    return path == text::kStandardInput || held_shapes(path) || is_there(path);
+  };
   const std::size_t last = address.rfind('#');
   if (last == std::string::npos || exists(address)) return {address, "", false};
   std::size_t hash = last;

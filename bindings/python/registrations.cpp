@@ -58,7 +58,7 @@ py::dict register_pair(const Landmarks& source, const Landmarks& target, const s
   Said said;
   Eigen::VectorXd own_weights;
   if (weights) own_weights = Eigen::Map<const Eigen::VectorXd>(weights->data(), weights->size());
-  const RunOptions run{std::move(progress), true, &said, own_noise};
+  const RunOptions run{std::move(progress), true, &said};
   auto match = in_host<std::shared_ptr<Match>>(
       [&] {
         RegisterArguments arguments;

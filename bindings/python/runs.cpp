@@ -74,26 +74,6 @@ class Turn {
   Turn& operator=(const Turn&) = delete;
 };
 
-// The interpreter's state of a thread that it calls back from, which is otherwise made anew for every call.
-class KeptState {
- public:
-  explicit KeptState(bool is_wanted) : is_kept_(is_wanted) {
-    if (!is_kept_) return;
-    py::gil_scoped_acquire python;
-    python.inc_ref();
-  }
-  ~KeptState() {
-    if (!is_kept_) return;
-    py::gil_scoped_acquire python;
-    python.dec_ref();
-  }
-  KeptState(const KeptState&) = delete;
-  KeptState& operator=(const KeptState&) = delete;
-
- private:
-  bool is_kept_;
-};
-
 // What the working thread says, and when it is to stop.
 class Work {
  public:
@@ -119,7 +99,6 @@ class Work {
 
   void run(const std::function<void()>& work) {
     std::thread worker([&] {
-      const KeptState kept(options_.noise != nullptr);
       try {
         const HostScope scope(host_);
         work();

@@ -49,7 +49,7 @@ foreach(verb \"\" \${verbs})
   set(text \"\${folder}/\${name}.1\")
   execute_process(
     COMMAND \${CMAKE_COMMAND} -E env COLUMNS=80 \${help2man} --no-info --no-discard-stderr --section=1
-            --name=\"stochastic LDDMM landmark registration\" --version-string=\"pulson ${PROJECT_VERSION}\"
+            \"--name=stochastic LDDMM landmark registration\" \"--version-string=pulson ${PROJECT_VERSION}\"
             --output=\${text} \"\${program} \${verb}\"
     RESULT_VARIABLE failed ERROR_VARIABLE why)
   if(failed)

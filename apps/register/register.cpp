@@ -8,6 +8,7 @@
 #include "cohort.hpp"
 #include "core/staged_files.hpp"
 #include "homotopy.hpp"
+#include "pair.hpp"
 #include "picture.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
@@ -188,47 +189,69 @@ void audit_order(matching::Registration& registration, records::RegistrationFact
   notes.push_back(note);
 }
 
+}  // namespace
+
+PairTask pair_task(const RegisterArguments& arguments, Landmarks source, Landmarks target,
+                   std::vector<std::string> notes, Progress& progress) {
+  for (const Landmarks* shape : {&source, &target}) require_digitised(*shape);
+  find_picture_sizes({&source, &target});
+  PairTask task{std::move(source), std::move(target), {}, {}, std::move(notes)};
+  task.image = arguments.source_image(task.source, task.notes);
+  task.options = arguments.registration_options(task.source, task.notes);
+  arguments.model().set_noise(task.source, {task.target}, task.options);
+  task.options.minimise.interrupted = Interrupt::came;
+  task.options.minimise.on_iteration = [&progress](int iteration, double cost, double gradient) {
+    progress.show(fmt::format("iteration {}: cost {:.6g}, relative gradient {:.1e}", iteration, cost, gradient));
+  };
+  if (arguments.homotopy) require_homotopy(task.source, task.target, task.options);
+  return task;
+}
+
+std::optional<inference::FittedParameters> fit_first(const RegisterArguments& arguments, PairTask& task,
+                                                     Progress& progress) {
+  const LossNotice lost(
+      fmt::format("interrupted: the fit is lost, and nothing was written to '{}'", arguments.output.out));
+  return fit_first(task.source, {task.target}, arguments.model().names(), task.options, progress);
+}
+
+PairMatch match_pair(const RegisterArguments& arguments, PairTask& task,
+                     const std::optional<inference::FittedParameters>& fitted, Progress& progress) {
+  PairMatch match{register_or_tell(task.source, task.target, task.options, task.notes), {}};
+  progress.clear();
+  log_step(fmt::format("fitted: kernel {}", registration_system(match.registration).kernel.spec(4)));
+  match.facts = registration_facts(match.registration, fitted);
+  if (arguments.homotopy) {
+    match.facts.homotopy = followed(task.source, task.target, task.options, match.registration);
+    progress.clear();
+  }
+  audit_order(match.registration, match.facts, task.notes);
+  return match;
+}
+
+namespace {
+
 int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   if (arguments.asks_for_cohort()) return run_register_cohort(arguments, settings_of(verb));
   refuse_options_of_cohorts(arguments);
-  std::vector<std::string> notes;
-  Landmarks source = read_landmarks(arguments.source, &notes, arguments.reading);
-  Landmarks target = read_landmarks(arguments.targets.front(), &notes, arguments.reading);
-  for (const Landmarks* shape : {&source, &target}) require_digitised(*shape);
-  find_picture_sizes({&source, &target});
-  const Background background{arguments.source_image(source, notes), surface_of(source, arguments.mesh, notes)};
+  std::vector<std::string> read_notes;
+  Landmarks source = read_landmarks(arguments.source, &read_notes, arguments.reading);
+  Landmarks target = read_landmarks(arguments.targets.front(), &read_notes, arguments.reading);
   log_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.targets.front(),
                        source.count(), target.count(), source.dimension()));
-  matching::RegistrationOptions options = arguments.registration_options(source, notes);
-  const OpenModel model = arguments.model();
-  model.set_noise(source, {target}, options);
   Progress progress;
-  options.minimise.interrupted = Interrupt::came;
-  options.minimise.on_iteration = [&](int iteration, double cost, double gradient) {
-    progress.show(fmt::format("iteration {}: cost {:.6g}, relative gradient {:.1e}", iteration, cost, gradient));
-  };
+  PairTask task = pair_task(arguments, std::move(source), std::move(target), std::move(read_notes), progress);
+  std::vector<std::string>& notes = task.notes;
+  const Background background{std::move(task.image), surface_of(task.source, arguments.mesh, notes)};
   const auto files = with(kRegistrationFiles, arguments.homotopy, "homotopy.csv");
   const auto pictures = with(kRegistrationPictures, arguments.homotopy, "homotopy");
-  arguments.field.check(source.dimension(), options.grid.steps + 1);
+  arguments.field.check(task.source.dimension(), task.options.grid.steps + 1);
   arguments.output.check(files, pictures);
-  if (arguments.homotopy) require_homotopy(source, target, options);
-  std::optional<inference::FittedParameters> fitted;
-  {
-    const LossNotice lost(
-        fmt::format("interrupted: the fit is lost, and nothing was written to '{}'", arguments.output.out));
-    fitted = fit_first(source, {target}, model.names(), options, progress);
-  }
+  const auto fitted = fit_first(arguments, task, progress);
   const Interrupt keep_what_is_found;
-  matching::Registration registration = register_or_tell(source, target, options, notes);
+  const PairMatch match = match_pair(arguments, task, fitted, progress);
+  const matching::Registration& registration = match.registration;
+  const records::RegistrationFacts& facts = match.facts;
   RunResults results(arguments.output);
-  progress.clear();
-  log_step(fmt::format("fitted: kernel {}", registration_system(registration).kernel.spec(4)));
-  records::RegistrationFacts facts = registration_facts(registration, fitted);
-  if (arguments.homotopy) {
-    facts.homotopy = followed(source, target, options, registration);
-    progress.clear();
-  }
-  audit_order(registration, facts, notes);
   const auto field = write_results(registration, facts, background, arguments.field, notes, results);
   log_step("wrote the results");
   print_notes(notes);
@@ -238,8 +261,8 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
     print_field(arguments.field, field);
     results.print_written();
   }
-  if (registration.noise == "none" && options.noise.spec() != "none")
-    print_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise.spec()));
+  if (registration.noise == "none" && task.options.noise.spec() != "none")
+    print_note(fmt::format("mode deterministic does not use the noise '{}'", task.options.noise.spec()));
   if (!facts.finding.empty()) print_warning(facts.finding);
   for (const std::string& text : result_warnings(registration)) print_warning(text);
   return registration.converged ? kDone : kNotConverged;

@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "core/text.hpp"
+#include "host.hpp"
 #include "options.hpp"
 #include "ranks.hpp"
 
@@ -77,8 +78,12 @@ void write_to_stderr(std::string_view text) noexcept { std::fwrite(text.data(), 
 
 void print_message(Style style, std::string_view name, std::string_view text) {
   if (!ranks::is_first()) return;
-  std::fflush(stdout);
   std::string line = in_option_words(text);
+  if (host() != nullptr) {
+    host()->message(style, line);
+    return;
+  }
+  std::fflush(stdout);
   std::replace_if(
       line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r' || c == '\t'; }, ' ');
   write_to_stderr(fmt::format("{} {}\n", painted(style, name, STDERR_FILENO), shown(line)));
@@ -108,6 +113,7 @@ std::string counted(std::int64_t count, std::string_view noun, std::string_view 
 }
 
 Verbosity verbosity() { return chosen_verbosity; }
+void forget_verbosity() { chosen_verbosity = Verbosity::kNormal; }
 
 void add_quiet_option(CLI::App& verb) {
   verb.add_flag_callback(
@@ -213,7 +219,23 @@ void Progress::draw(const std::string& text) {
   std::fflush(stderr);
 }
 
+namespace {
+
+volatile std::sig_atomic_t signalled = 0;
+int interrupts = 0;  // those that live, whose owners look themselves whether one came
+
+// Whether there is a host, which was told. @throws HostStopped
+bool tell_host(double fraction, const std::string& text) {
+  if (host() == nullptr) return false;
+  if (interrupts == 0 && host()->interrupted()) throw HostStopped();
+  host()->progress(fraction, text);
+  return true;
+}
+
+}  // namespace
+
 void Progress::show(const std::string& text) {
+  if (tell_host(-1, text)) return;
   if (verbosity() == Verbosity::kVerbose) {
     clear();
     log_step(text);
@@ -238,6 +260,7 @@ double Progress::left(double fraction) {
 
 void Progress::show(double fraction, const std::string& text) {
   fraction = std::clamp(fraction, 0.0, 1.0);
+  if (tell_host(fraction, text)) return;
   if (fraction < fraction_) {
     begun_ = seconds_now();
     first_ = fraction;
@@ -250,8 +273,6 @@ void Progress::show(double fraction, const std::string& text) {
 }
 
 namespace {
-
-volatile std::sig_atomic_t signalled = 0;
 
 void note(int number) {
   signalled = 1;
@@ -293,25 +314,36 @@ void handle_signals_of_mpirun() {
 }  // namespace
 
 Interrupt::Interrupt() {
+  ++interrupts;
   signalled = 0;
+  if (host() != nullptr) return;
   handle_with(note);
   if (ranks::are_of_mpirun()) handle_signals_of_mpirun();
 }
 
 Interrupt::~Interrupt() {
+  --interrupts;
+  if (host() != nullptr) return;
   if (ranks::are_of_mpirun() && came()) return;  // SIGTERM is still to come, while the results are written
   handle_with(SIG_DFL);
   if (ranks::are_of_mpirun()) std::signal(SIGCONT, SIG_DFL);
 }
 
-bool Interrupt::came() { return signalled != 0; }
+bool Interrupt::came() {
+  if (host() == nullptr) return signalled != 0;
+  if (host()->interrupted() && host()->numbers_only) throw HostStopped();  // nothing is kept
+  return host()->interrupted();
+}
 
 LossNotice::LossNotice(const std::string& loss) {
+  if (host() != nullptr) return;
   const std::string erased = is_terminal(STDERR_FILENO) ? kEraseLine : "";
   loss_line() = erased + "pulson: " + shown(loss) + "\n";
   handle_with(tell_loss_and_die);
 }
 
-LossNotice::~LossNotice() { replace_handler(tell_loss_and_die, SIG_DFL); }
+LossNotice::~LossNotice() {
+  if (host() == nullptr) replace_handler(tell_loss_and_die, SIG_DFL);
+}
 
 }  // namespace pulson

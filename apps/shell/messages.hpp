@@ -45,6 +45,8 @@ std::string counted(std::int64_t count, std::string_view noun, std::string_view 
 enum class Verbosity { kQuiet, kNormal, kVerbose };
 
 Verbosity verbosity();
+/// It is normal again.
+void forget_verbosity();
 
 /// `--quiet`, which every verb has.
 void add_quiet_option(CLI::App& verb);
@@ -113,6 +115,7 @@ class Interrupt {
   Interrupt(const Interrupt&) = delete;
   Interrupt& operator=(const Interrupt&) = delete;
 
+  /// @throws HostStopped where a host that keeps nothing ends the work
   static bool came();
 };
 

@@ -135,6 +135,11 @@ RunPaths& run_paths() {
   return paths;
 }
 
+void forget_path_options() {
+  uses().clear();
+  run_paths() = {};
+}
+
 void check_result_file(const std::filesystem::path& path, const std::string& what) {
   check_output_file(path);
   run_paths().writes(path, what);

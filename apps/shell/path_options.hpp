@@ -63,6 +63,9 @@ class RunPaths {
 /// Those of this run.
 RunPaths& run_paths();
 
+/// Forgets all options that declared their use, and the paths of this run.
+void forget_path_options();
+
 /// check_output_file() of a result, which is added to run_paths(). @throws InputError
 void check_result_file(const std::filesystem::path& path, const std::string& what);
 

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "core/text.hpp"
+#include "host.hpp"
 
 namespace pulson {
 
@@ -87,10 +88,14 @@ std::string shown(std::string_view text) {
 }
 
 void print_exact(std::string_view text) noexcept {
+  if (host() != nullptr) return host()->print(text);
   if (!write_out(text) || output_was_closed) exact_text_is_lost = true;
 }
 
-void printing::print_line_of_text(std::string_view text) noexcept { write_out(text); }
+void printing::print_line_of_text(std::string_view text) noexcept {
+  if (host() != nullptr) return host()->print(text);
+  write_out(text);
+}
 
 void prepare_standard_streams() noexcept {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {

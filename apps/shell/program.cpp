@@ -17,6 +17,7 @@
 #include "config.hpp"
 #include "core/blas_memory.hpp"
 #include "help_groups.hpp"
+#include "host.hpp"
 #include "messages.hpp"
 #include "options.hpp"
 #include "path_options.hpp"
@@ -261,16 +262,14 @@ void print_welcome() {
   std::fwrite(text.data(), 1, text.size(), stderr);
 }
 
-Ending run(int argc, char** argv, const AddVerbs& add_verbs) {
-  int exit_code = kDone;
-  CLI::App program("Stochastic LDDMM landmark registration", "pulson");
+// The program without verbs.
+void set_up(CLI::App& program) {
   program.formatter(help_formatter());
-  program.set_version_flag(
-      "-v,--version", [] { return build_facts(); }, "print the version and build information");
-  program.get_help_ptr()->description("print this help; after a verb, its usual options and examples");
-  program.set_help_all_flag("--help-all", "print all options");
   program.require_subcommand(1);
-  add_verbs(program, exit_code);
+}
+
+// All options are there: what is to be known of them, and what is done before the work.
+void complete(CLI::App& program) {
   for (CLI::App* verb : program.get_subcommands({})) add_common_options(*verb);
   require_declared_paths(program);
   program.parse_complete_callback([&program] {
@@ -280,6 +279,18 @@ Ending run(int argc, char** argv, const AddVerbs& add_verbs) {
       run_paths().add_options_of(*verb);
     }
   });
+}
+
+Ending run(int argc, char** argv, const AddVerbs& add_verbs) {
+  int exit_code = kDone;
+  CLI::App program("Stochastic LDDMM landmark registration", "pulson");
+  set_up(program);
+  program.set_version_flag(
+      "-v,--version", [] { return build_facts(); }, "print the version and build information");
+  program.get_help_ptr()->description("print this help; after a verb, its usual options and examples");
+  program.set_help_all_flag("--help-all", "print all options");
+  add_verbs(program, exit_code);
+  complete(program);
   if (argc < 2) {
     print_welcome();
     return {kBadInput};
@@ -348,6 +359,31 @@ int run_program(int argc, char** argv, const AddVerbs& add_verbs) {
   check_memory();
   const Ending ending = run_as_rank(argc, argv, add_verbs);
   return ranks::leave(ending.exit_code, ending.error);
+}
+
+int run_hosted_verb(const std::vector<std::string>& words, const AddVerbs& add_verbs) {
+  const SerialBlas serial;
+  int exit_code = kDone;
+  forget_run();
+  CLI::App program("Stochastic LDDMM landmark registration", "pulson");
+  set_up(program);
+  add_verbs(program, exit_code);
+  complete(program);
+  parse_hosted(program, words);
+  return exit_code;
+}
+
+void parse_hosted(CLI::App& program, const std::vector<std::string>& words) {
+  std::string& line = kept_command_line();
+  line = "pulson";
+  for (const std::string& word : words) line += ' ' + shell_word(word);
+  try {
+    program.parse(std::vector<std::string>(words.rbegin(), words.rend()));
+  } catch (const CLI::Success&) {
+    throw InputError("what is printed in place of work is for the program: pulson --help");
+  } catch (const CLI::ParseError& error) {
+    throw InputError(parse_error_text(error));
+  }
 }
 
 const std::string& command_line() { return kept_command_line(); }

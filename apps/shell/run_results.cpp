@@ -7,6 +7,7 @@
 #include "core/atomic_file.hpp"
 #include "core/checksum.hpp"
 #include "core/paths.hpp"
+#include "host.hpp"
 #include "pulson/core/errors.hpp"
 #include "ranks.hpp"
 #include "tables.hpp"
@@ -85,7 +86,7 @@ void RunResults::forget(const std::string& name) const {
 }
 
 fs::path RunResults::draw(const std::string& stem, const std::function<void(const draw::PictureFiles&)>& how) {
-  if (output_.no_picture) return {};
+  if (output_.no_picture || makes_numbers_only()) return {};
   const draw::PictureFiles files = output_.picture_files(output_.file(stem));
   std::vector<std::string> names;
   for (const fs::path& file : {files.png, files.svg, files.pdf})
@@ -105,6 +106,7 @@ fs::path RunResults::shown(const std::string& stem) const {
 }
 
 void RunResults::add_page(const std::function<html::HtmlReport()>& make) {
+  if (makes_numbers_only()) return;
   if (try_to("the page report.html was", [&] { write_file_atomically(output_.file(kPage), html_report(make())); }))
     written_.emplace_back(kPage);
   else

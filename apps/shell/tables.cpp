@@ -16,6 +16,8 @@ void add_table_option(CLI::App& verb) {
       "put a ' before texts in csv files that a spreadsheet would run as formulas: those that begin with = + - @");
 }
 
+void forget_table_options() { for_spreadsheets = false; }
+
 bool makes_tables_safe() { return for_spreadsheets; }
 
 std::string as_table(std::string csv) { return for_spreadsheets ? text::spreadsheet_safe(csv) : std::move(csv); }

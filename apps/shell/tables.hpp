@@ -16,6 +16,8 @@ void add_table_option(CLI::App& verb);
 
 /// Whether --spreadsheet-safe was given.
 bool makes_tables_safe();
+/// Tables are as they are again.
+void forget_table_options();
 
 /// The text of a table as it is to be written: with --spreadsheet-safe, text::spreadsheet_safe() of it.
 std::string as_table(std::string csv);

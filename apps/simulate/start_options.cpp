@@ -10,6 +10,7 @@
 #include "pulson/records/records.hpp"
 #include "register/registration_warnings.hpp"
 #include "shell/help_groups.hpp"
+#include "shell/host.hpp"
 #include "shell/path_options.hpp"
 
 namespace pulson {
@@ -92,6 +93,15 @@ void StartOptions::add_to(CLI::App& verb) {
   verb.add_option("--noise", noise, "see pulson info noises [none]")->type_name("SPEC");
 }
 
+namespace {
+
+std::shared_ptr<const NoiseModel> noise_named(const std::string& spec, const Landmarks& shape) {
+  const bool is_own = host() != nullptr && host()->noise && host()->noise->spec() == spec;
+  return is_own ? host()->noise : make_noise(spec, shape);
+}
+
+}  // namespace
+
 Start StartOptions::start() const {
   Start start;
   std::string kernel_spec = matching::path_defaults().kernel.value;
@@ -131,7 +141,7 @@ Start StartOptions::start() const {
   check_same_size(start.state.p, start.state.q, p ? "--p" : "--momenta");
   check_momenta(start.state.p, p ? "--p" : momenta ? "--momenta" : "--from");
   start.system = {make_kernel(kernel.value_or(kernel_spec), start.shape.points),
-                  make_noise(noise.value_or(noise_spec), start.shape)};
+                  noise_named(noise.value_or(noise_spec), start.shape)};
   start.system.noise->check(start.shape.dimension(), start.shape.count());
   return start;
 }

@@ -8,6 +8,7 @@
 #include "core/text.hpp"
 #include "formats.hpp"
 #include "frames_of_files.hpp"
+#include "held_shapes.hpp"
 #include "missing_marks.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
@@ -197,6 +198,14 @@ std::vector<std::string> write_landmark_file(const std::filesystem::path& path, 
 }
 
 LandmarkFile read_all_shapes(const std::filesystem::path& given, const ReadOptions& options) {
+  if (const LandmarkFile* held = held_shapes(given)) {
+    LandmarkFile file = *held;
+    prepare_shapes(options, given.string(), file);
+    if (options.y_down)
+      for (Landmarks& shape : file.shapes) shape.frame.y_down = *options.y_down && shape.dimension() == 2;
+    mark_missing(options, given.string(), file);
+    return file;
+  }
   const bool is_standard_input = given == "-" || given == text::kStandardInput;
   const std::filesystem::path path = is_standard_input ? "standard input" : given;
   return shapes_of_text(path, is_standard_input ? text::read_standard_input() : text::read_text_file(path), options);

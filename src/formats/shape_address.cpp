@@ -8,6 +8,7 @@
 
 #include "core/paths.hpp"
 #include "core/text.hpp"
+#include "held_shapes.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/formats/landmark_files.hpp"
@@ -28,7 +29,9 @@ struct Address {
 /// the last '#'.
 Address split_address(const std::string& address) {
   if (address == "-") return {std::string(text::kStandardInput), "", false};
-  const auto exists = [](const std::string& path) { return path == text::kStandardInput || is_there(path); };
+  const auto exists = [](const std::string& path) {
+    return path == text::kStandardInput || held_shapes(path) || is_there(path);
+  };
   const std::size_t last = address.rfind('#');
   if (last == std::string::npos || exists(address)) return {address, "", false};
   std::size_t hash = last;

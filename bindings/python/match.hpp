@@ -1,0 +1,55 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "arrays.hpp"
+#include "pulson/matching/registration.hpp"
+#include "pulson/warp/material_flow.hpp"
+
+namespace pulson::python {
+
+/// A registration with what is made of it at most once.
+class Match {
+ public:
+  Match(matching::Registration registration, std::string record)
+      : registration_(std::move(registration)), record_(std::move(record)) {}
+
+  const matching::Registration& registration() const { return registration_; }
+  const std::string& record() const { return record_; }
+
+  /// Thread-safe; without the interpreter's lock.
+  const warp::MaterialFlow& flow(const std::string& labels) const {
+    const std::lock_guard lock(mutex_);
+    std::unique_ptr<const warp::MaterialFlow>& flow = flows_[labels];
+    if (!flow)
+      flow = std::make_unique<const warp::MaterialFlow>(registration_system(registration_), path_locked(),
+                                                        warp::parse_label_kernel(labels));
+    return *flow;
+  }
+
+  const Trajectory& path() const {
+    const std::lock_guard lock(mutex_);
+    return path_locked();
+  }
+
+ private:
+  const Trajectory& path_locked() const {
+    if (!path_) path_ = replay(registration_);
+    return *path_;
+  }
+
+  matching::Registration registration_;
+  std::string record_;
+  mutable std::mutex mutex_;
+  mutable std::optional<Trajectory> path_;
+  mutable std::map<std::string, std::unique_ptr<const warp::MaterialFlow>> flows_;
+};
+
+void add_warps(py::module_& module);
+
+}  // namespace pulson::python

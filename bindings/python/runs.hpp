@@ -1,0 +1,41 @@
+#pragma once
+
+#include <any>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "arrays.hpp"
+#include "shell/host.hpp"
+
+namespace pulson::python {
+
+/// What a run said.
+struct Said {
+  std::string printed;
+  std::vector<std::string> warnings;
+  std::vector<std::string> notes;
+};
+
+/// How work is run.
+struct __attribute__((visibility("hidden"))) RunOptions {
+  py::object progress = py::none();  ///< called as progress(fraction or None, text)
+  bool numbers_only = true;
+  Said* said = nullptr;
+  std::shared_ptr<const NoiseModel> noise{};  ///< of one's own, for verbs that start paths
+};
+
+/// Runs work of the verbs by a thread of its own, without the interpreter's lock, one at a time in this process: this
+/// thread looks for Ctrl-C meanwhile and shows the progress. @throws what the work did, or a signal's handler
+void run_hosted(const std::function<void()>& work, const RunOptions& options = {});
+
+template <class Result>
+Result in_host(const std::function<Result()>& work, const RunOptions& options = {}) {
+  std::optional<Result> result;
+  run_hosted([&] { result.emplace(work()); }, options);
+  return std::move(*result);
+}
+
+}  // namespace pulson::python

@@ -1,0 +1,62 @@
+# `cpack` makes Debian packages of what is installed: the program with man pages made of its --help, the library with its
+# headers, the Python module.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME pulson)
+set(CPACK_PACKAGE_CONTACT "The pulson authors <pulson@users.noreply.github.com>")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_COMPONENTS_ALL programs library)
+if(PULSON_PYTHON_IS_FOUND)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME pulson)
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS "fonts-dejavu-core")
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SUGGESTS "ffmpeg")
+set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION "Stochastic LDDMM landmark registration\n The program: registers landmarks, warps pictures, draws sample paths.")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libpulson-dev)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS
+    "libeigen3-dev, libopenblas-pthread-dev, libhwy-dev, libtbb-dev, libceres-dev, libnlopt-cxx-dev, libqhull-dev, libfmt-dev, zlib1g-dev, libcairo2-dev, libpng-dev"
+)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SUGGESTS "libopencv-core-dev, libopencv-imgproc-dev, libjpeg-dev, libtiff-dev")
+set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "Stochastic LDDMM landmark registration: library\n Static libraries, headers and find_package(pulson).")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-pulson)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-matplotlib")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Stochastic LDDMM landmark registration: Python module\n import pulson.")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+
+find_program(HELP2MAN help2man)
+mark_as_advanced(HELP2MAN)
+if(HELP2MAN AND TARGET pulson)
+  set(verbs register atlas audit warp simulate ensemble merge compare sample fokker-planck reproduce convert info)
+  install(
+    CODE "set(help2man ${HELP2MAN})
+set(program $<TARGET_FILE:pulson>)
+set(folder \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_MANDIR}/man1\")
+set(verbs ${verbs})
+file(MAKE_DIRECTORY \${folder})
+foreach(verb \"\" \${verbs})
+  string(REPLACE \" \" \"-\" name \"pulson \${verb}\")
+  string(REGEX REPLACE \"-\$\" \"\" name \${name})
+  set(text \"\${folder}/\${name}.1\")
+  execute_process(
+    COMMAND \${CMAKE_COMMAND} -E env COLUMNS=80 \${help2man} --no-info --no-discard-stderr --section=1
+            \"--name=stochastic LDDMM landmark registration\" \"--version-string=pulson ${PROJECT_VERSION}\"
+            --output=\${text} \"\${program} \${verb}\"
+    RESULT_VARIABLE failed ERROR_VARIABLE why)
+  if(failed)
+    message(FATAL_ERROR \"man page of \${name}: \${why}\")
+  endif()
+  execute_process(COMMAND gzip -9nf \${text} COMMAND_ERROR_IS_FATAL ANY)
+endforeach()"
+    COMPONENT programs)
+endif()
+include(CPack)

@@ -1,0 +1,274 @@
+"""Messages, signals, threads, memory, noise of one's own, what notebooks show."""
+
+import _thread
+import doctest
+import gc
+import inspect
+import os
+import pickle
+import re
+import threading
+import time
+import unittest
+import warnings
+
+import numpy as np
+import pulson
+from pulson import _calls, _functions, _pulson, _results
+
+from program import InFolder, refusal, sample
+
+Q = np.array([[0.0, 0.0], [1.0, 0.2], [0.4, 1.0]])
+P = np.array([[0.5, 0.0], [0.0, -0.3], [0.2, 0.1]])
+
+
+class Words(InFolder):
+    def test_errors_have_the_program_s_words(self):
+        for words, call in (
+            (["register", sample("square.csv"), sample("square.csv"), "-o", self.path("o"), "--sigma", "-1"],
+             lambda: pulson.register(sample("square.csv"), sample("square.csv"), sigma=-1)),
+            (["register", sample("square.csv"), sample("square.csv"), "-o", self.path("o"), "--kernel", "gausian"],
+             lambda: pulson.register(sample("square.csv"), sample("square.csv"), kernel="gausian")),
+            (["register", sample("square.csv"), sample("fish_source.csv"), "-o", self.path("o")],
+             lambda: pulson.register(sample("square.csv"), sample("fish_source.csv"))),
+            (["atlas", sample("square.csv"), "-o", self.path("o")], lambda: pulson.atlas(sample("square.csv"))),
+            (["simulate", "--q", "0,1", "--p", "1", "-o", self.path("o")], lambda: pulson.simulate(q=[0, 1], p=[1])),
+        ):
+            with self.subTest(words=words):
+                with self.assertRaises(ValueError) as caught:
+                    call()
+                theirs = _pulson._python_words(refusal(*words)).removeprefix("pulson: ").split(" (see pulson")[0]
+                self.assertEqual(str(caught.exception).strip(), theirs.strip())
+
+    def test_kinds_of_errors(self):
+        with self.assertRaisesRegex(TypeError, "did you mean 'sigma'"):
+            pulson.register(Q, Q, sigmaa=1)
+        with self.assertRaises(FileNotFoundError):
+            pulson.read("not_there.tps")
+        with self.assertRaisesRegex(ValueError, "lambda_"):
+            pulson.register(Q, Q, lambda_="x")
+        with self.assertRaises(ArithmeticError):
+            pulson.shoot([0.0, 1.0], [1e90, -1e90], "gaussian:alpha=1", steps=2)
+
+    def test_signatures_are_the_tables(self):
+        parameters = inspect.signature(pulson.register).parameters
+        self.assertEqual(parameters["sigma"].default, "0.5%")
+        self.assertEqual(parameters["max_iterations"].kind, inspect.Parameter.KEYWORD_ONLY)
+        for verb in ("register", "simulate", "ensemble", "compare", "atlas", "sample", "audit"):
+            function = getattr(pulson, verb)
+            names = {_calls.python_name(option["name"]) for option in _pulson._options(verb)
+                     if not option["positional"] and option["name"] not in _calls.HIDDEN}
+            self.assertLessEqual(names, set(inspect.signature(function).parameters))
+
+    def test_warnings(self):
+        with self.assertWarnsRegex(pulson.PulsonWarning, "not matched.*noise"):
+            pulson.register(sample("swap_source.csv"), sample("swap_target.csv"))
+
+
+class Host(InFolder):
+    def slow(self, **options):
+        return pulson.ensemble(q=[0, 10], p=[4, 1], kernel="gaussian:alpha=1", noise="ch-sd:beta=1.5,on=2",
+                               samples=2_000_000, threads=1, **options)
+
+    def test_keyboard_interrupt(self):
+        for work in (self.slow, lambda: pulson.sample(sample("leaves.tps") + "#1", sample("leaves.tps") + "#2",
+                                                      draws=100_000)):
+            timer = threading.Timer(0.4, _thread.interrupt_main)
+            timer.start()
+            begin = time.monotonic()
+            with self.assertRaises(KeyboardInterrupt):
+                work()
+            self.assertLess(time.monotonic() - begin, 10)
+        pulson.register(Q, Q + 0.1)  # and all goes on
+
+    def test_progress(self):
+        seen = []
+
+        def progress(fraction, text):
+            seen.append((fraction, text))
+            if len(seen) == 2:
+                raise RuntimeError("enough")
+
+        with self.assertRaisesRegex(RuntimeError, "enough"):
+            self.slow(progress=progress)
+        self.assertEqual(len(seen), 2)
+        self.assertTrue(all(0 <= fraction <= 1 and text for fraction, text in seen))
+
+    def test_other_threads_run(self):
+        ticks = []
+        timer = threading.Timer(0.5, _thread.interrupt_main)
+        ticker = threading.Thread(target=lambda: [(ticks.append(time.monotonic()), time.sleep(0.01)) for _ in range(40)])
+        ticker.start()
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            self.slow()
+        ticker.join()
+        self.assertLess(np.diff(ticks).max(), 0.4)
+
+    def test_four_threads(self):
+        expected = pulson.register(Q, Q * [1, 1.2]).momenta
+        moved = pulson.register(Q, Q * [1, 1.2]).warp_points(P)
+        failures = []
+
+        def work():
+            for _ in range(5):
+                match = pulson.register(Q, Q * [1, 1.2])
+                if not (np.array_equal(match.momenta, expected) and np.array_equal(match.warp_points(P), moved)):
+                    failures.append(match)
+
+        threads = [threading.Thread(target=work) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(failures, [])
+
+    def test_signal_handlers_and_streams_stay(self):
+        import signal
+        before = signal.getsignal(signal.SIGINT)
+        pulson.register(sample("square.csv"), sample("square.csv"), out=self.path("o"))
+        self.assertIs(signal.getsignal(signal.SIGINT), before)
+        self.assertTrue(os.path.exists(self.path("o/registration.png")))
+
+    def test_memory(self):
+        def resident():
+            with open("/proc/self/statm", encoding="ascii") as file:
+                return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+        match = pulson.register(Q, Q * [1, 1.2])
+        calls = int(os.environ.get("PULSON_CALLS", 3000))
+
+        def work(count):
+            for _ in range(count):
+                pulson.shoot(Q, P, "gaussian:alpha=1", steps=2)
+                match.warp_points(P)
+                pulson.align(Q, P)
+            for _ in range(count // 100):
+                pulson.register(Q, Q * [1, 1.2])
+            gc.collect()
+
+        work(calls // 3)
+        before = resident()
+        work(calls)
+        self.assertLess(resident() - before, 2_000_000)
+
+
+class Models(InFolder):
+    def test_own_noise_is_the_built_in_one(self):
+        beta = 0.3
+        own = pulson.OwnNoise(lambda q, p: beta * p.ravel(), lambda q, p, w: (0 * q, beta * w.reshape(p.shape)),
+                              lambda q, p, w, dq, dp: (0 * q, 0 * p), like=Q)
+        target = Q[[1, 0, 2]]
+        ours = pulson.register(Q, target, noise=own, lambda_=1, align="none", kernel="gaussian:alpha=1")
+        theirs = pulson.register(Q, target, noise=f"ch-sd:beta={beta}", lambda_=1, align="none", kernel="gaussian:alpha=1")
+        np.testing.assert_allclose(ours.momenta, theirs.momenta, rtol=1e-6, atol=1e-8)
+        np.testing.assert_allclose(ours.increments, theirs.increments, rtol=1e-6, atol=1e-8)
+        paths = [pulson.simulate(shape=Q, momenta=P, noise=noise, kernel="gaussian:alpha=1", time=0.2, samples=2)
+                 for noise in (own, f"ch-sd:beta={beta}")]
+        np.testing.assert_allclose(paths[0].q, paths[1].q, rtol=1e-12)
+
+    def test_differences_in_place_of_derivatives(self):
+        width, beta = 0.8, 0.2
+        centre = np.array([0.3, 0.4])
+
+        def potentials(q, p):
+            bump = np.exp(-((q - centre)**2).sum(1) / width**2)
+            return beta * (bump[:, None] * p).sum(0)
+
+        own = pulson.OwnNoise(potentials, like=Q)
+        self.assertTrue(own.traits["compensated"] and own.traits["linear"] and own.traits["moves_momenta"])
+        spec = "p-sd:beta=0.2,fields=bump,center=0.3/0.4,width=0.8"
+        paths = [pulson.simulate(shape=Q, momenta=P, noise=noise, kernel="gaussian:alpha=1", time=0.2)
+                 for noise in (own, spec)]
+        np.testing.assert_allclose(paths[0].q, paths[1].q, atol=1e-6)
+        np.testing.assert_allclose(paths[0].p, paths[1].p, atol=1e-6)
+
+    def test_wrong_derivatives_are_refused(self):
+        with self.assertRaisesRegex(ValueError, "gradient differs"):
+            pulson.OwnNoise(lambda q, p: p.ravel(), lambda q, p, w: (0 * q, 2 * w.reshape(p.shape)), like=Q)
+        with self.assertRaisesRegex(ValueError, "affine"):
+            pulson.OwnNoise(lambda q, p: (p**2).ravel(), like=Q)
+        with self.assertRaisesRegex(ZeroDivisionError, "zero"):
+            pulson.OwnNoise(lambda q, p: 1 / 0, like=Q)
+        own = pulson.OwnNoise(lambda q, p: p.ravel(), like=Q)
+        with self.assertRaisesRegex(ValueError, "3 landmarks"):
+            pulson.simulate(shape=Q[:2], noise=own)
+
+    def test_an_error_in_a_callback_is_raised(self):
+        fails = []
+
+        def potentials(q, p):
+            if fails:
+                raise LookupError("of the model")
+            return p.ravel()
+
+        own = pulson.OwnNoise(potentials, like=Q)
+        fails.append(True)
+        with self.assertRaisesRegex(LookupError, "of the model"):
+            pulson.simulate(shape=Q, noise=own, steps=2)
+
+
+class Shown(InFolder):
+    def test_notebooks(self):
+        match = pulson.register(sample("leaves.tps") + "#1", sample("leaves.tps") + "#2")
+        self.assertIn("<table>", match._repr_html_())
+        self.assertIn("rms", repr(match))
+        self.assertIn("momenta", dir(match))
+        again = pickle.loads(pickle.dumps(match))
+        np.testing.assert_array_equal(again.momenta, match.momenta)
+        match.write(self.path("r.json"))
+        np.testing.assert_array_equal(pulson.load(self.path("r.json")).shoot().end, match.result)
+        try:
+            import matplotlib
+        except ImportError:
+            return
+        matplotlib.use("Agg")
+        axes = match.plot()
+        self.assertGreater(len(axes.lines), 1)
+
+    def test_the_page(self):
+        root = os.path.join(os.path.dirname(__file__), "..", "..")
+        with open(os.path.join(root, "docs", "python.md"), encoding="utf-8") as file:
+            blocks = re.findall(r"^```python\n(.*?)^```", file.read(), re.DOTALL | re.MULTILINE)
+        self.assertEqual(len(blocks), 2)
+        before = os.getcwd()
+        os.chdir(root)
+        try:
+            for block in blocks:
+                exec(compile(block, "docs/python.md", "exec"), {})
+        finally:
+            os.chdir(before)
+
+    def test_docstrings(self):
+        for module in (pulson, _functions, _results):
+            failed, tried = doctest.testmod(module)
+            self.assertEqual(failed, 0)
+        finder, runner = doctest.DocTestFinder(), doctest.DocTestRunner()
+        for name in ("Shape", "Kernel", "OwnNoise"):
+            for test in finder.find(getattr(pulson, name), name, module=False, globs={}):
+                runner.run(test)
+        self.assertEqual(runner.summarize().failed, 0)
+        self.assertGreater(runner.summarize().attempted, 3)
+
+
+class Cost(unittest.TestCase):
+    def test_calls_are_short(self):
+        match = pulson.register(Q, Q * [1, 1.2])
+        kernel = pulson.Kernel("gaussian:alpha=1")
+
+        def least(call, times=200):
+            seconds = []
+            for _ in range(times):
+                begin = time.perf_counter()
+                call()
+                seconds.append(time.perf_counter() - begin)
+            return min(seconds)
+
+        match.warp_points(P)
+        self.assertLess(least(lambda: pulson.shoot(Q, P, kernel, steps=1, integrator="rk4")), 50e-6)
+        self.assertLess(least(lambda: match.warp_points(P[:1])), 50e-6 + 20 * 10e-6)
+        self.assertLess(least(lambda: pulson.align(Q, P)), 50e-6)
+
+
+if __name__ == "__main__":
+    unittest.main()

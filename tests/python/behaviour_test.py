@@ -235,7 +235,8 @@ class Shown(InFolder):
         os.chdir(root)
         try:
             for block in blocks:
-                exec(compile(block, "docs/python.md", "exec"), {})
+                # Callbacks are slow: one step of the match says whether it runs.
+                exec(compile(block.replace("steps=4", "steps=1"), "docs/python.md", "exec"), {})
         finally:
             os.chdir(before)
 

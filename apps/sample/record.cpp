@@ -179,6 +179,8 @@ std::string summary_json(const inference::PosteriorProblem& problem, const infer
                           {"laplace", draws.laplace_log_evidence},
                           {"pareto_k", defined_or_null(draws.pareto_k)},
                           {"chain_pareto_k", defined_or_null(draws.chain_pareto_k)}};
+  json["log_evidence"]["of_finer_steps"] = {{"value", defined_or_null(draws.of_finer_steps.value)},
+                                            {"standard_error", defined_or_null(draws.of_finer_steps.standard_error)}};
   json["confirmation"] = confirmation_of(draws.confirmation);
   json["converged"] = summary.converged;
   json["rhat_max"] = defined_or_null(summary.worst_rhat);

@@ -115,6 +115,7 @@ html::ReportTable facts(const inference::PosteriorProblem& problem, const infere
   table.add("log evidence", evidence_text(draws));
   table.add("the same by Laplace's approximation", fmt::format("{:.3f}", draws.laplace_log_evidence));
   table.add("confirmed", confirmation_text(draws));
+  if (!std::isnan(draws.of_finer_steps.value)) table.add("error of the steps", steps_text(draws));
   table.add("least ESS of a position", ess_text(summary.ess_min));
   table.add("seconds", fmt::format("{:.1f}", draws.seconds));
   return std::move(table).table();
@@ -166,6 +167,11 @@ std::string confirmation_text(const inference::PosteriorDraws& draws) {
                      confirmation.agrees ? "" : "not ", confirmed_by_words(confirmation),
                      confirmation.log_evidence.value, confirmation.log_evidence.standard_error,
                      confirmation.furthest_of, confirmation.furthest);
+}
+
+std::string steps_text(const inference::PosteriorDraws& draws) {
+  return fmt::format("with twice as many log p(y) changes by {:+.3f} ± {:.2g}", draws.of_finer_steps.value,
+                     draws.of_finer_steps.standard_error);
 }
 
 std::string model_words(const inference::PosteriorProblem& problem) {

@@ -25,6 +25,9 @@ std::string confirmed_by_words(const inference::Confirmation& confirmation);
 /// "by weighted draws: log p(y) = 12.34 ± 0.05, means within 2.1 standard errors", or that nothing does.
 std::string confirmation_text(const inference::PosteriorDraws& draws);
 
+/// "with twice as many log p(y) changes by +0.012 ± 0.003"
+std::string steps_text(const inference::PosteriorDraws& draws);
+
 /// "12.34 ± 0.05", or "undetermined" where the draws are too few for a standard error.
 std::string evidence_text(const inference::PosteriorDraws& draws);
 

@@ -30,6 +30,8 @@ const std::vector<std::string> kSamplePictures = {"paths", "chains"};
 // Exchanges so rare do not bring points of the prior to the posterior.
 constexpr double kRareExchange = 0.2;
 
+constexpr double kStepError = 0.02;  // nats of the evidence that halving the steps may change
+
 // What leads out of tails and to other minima.
 constexpr const char* kTempering = "--method pcn --temperatures 8";
 
@@ -66,7 +68,8 @@ std::string undefined_warning(const PosteriorSummary& summary, const inference::
                          : "no move was accepted; take more --warmup, in which the steps are adapted, or --method hmc");
 }
 
-std::vector<std::string> warnings_of(const PosteriorSummary& summary, const inference::PosteriorDraws& draws) {
+std::vector<std::string> warnings_of(const PosteriorSummary& summary, const inference::PosteriorDraws& draws,
+                                     int steps) {
   constexpr double kFewEffective = 400;
   std::vector<std::string> warnings;
   if (!summary.undefined.empty())
@@ -79,6 +82,11 @@ std::vector<std::string> warnings_of(const PosteriorSummary& summary, const infe
     warnings.push_back(refuted_warning(draws));
   else if (summary.heavy_tail)
     warnings.push_back(tail_warning(draws));
+  const Estimate& finer = draws.of_finer_steps;
+  if (std::abs(finer.value) - 2 * finer.standard_error > kStepError)
+    warnings.push_back(
+        fmt::format("the steps are long: with twice as many log p(y) is {:+.3f} ± {:.2g} from here; take --steps {}",
+                    finer.value, finer.standard_error, 2 * steps));
   double least = summary.ess_min;
   for (const NamedSummary& parameter : summary.parameters)
     least = std::fmin(least, std::fmin(parameter.numbers.ess_bulk, parameter.numbers.ess_tail));
@@ -118,6 +126,7 @@ void print_summary(const inference::PosteriorProblem& problem, const inference::
   print_text("evidence   log p(y) = {} by bridge sampling, {:.3f} by Laplace's approximation\n", evidence_text(draws),
              draws.laplace_log_evidence);
   print_text("confirmed  {}\n", confirmation_text(draws));
+  if (!std::isnan(draws.of_finer_steps.value)) print_text("steps      {}\n", steps_text(draws));
 }
 
 // The chains so far, as the first of the two units of a run of which nothing else is done.
@@ -206,7 +215,7 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
     return kNotConverged;
   }
   const PosteriorSummary summary = summarise_posterior(draws);
-  const std::vector<std::string> warnings = warnings_of(summary, draws);
+  const std::vector<std::string> warnings = warnings_of(summary, draws, problem.specimens.front().grid.steps);
   const std::string record = summary_json(problem, options, draws, summary, notes);
   RunResults files(output);
   files.add("draws.csv", draws_csv(draws));

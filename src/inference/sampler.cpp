@@ -8,6 +8,7 @@
 #include "confirmation.hpp"
 #include "core/undefined.hpp"
 #include "evidence.hpp"
+#include "finer_steps.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/inference/posterior.hpp"
@@ -263,6 +264,8 @@ namespace {
 constexpr int kCheckTemperatures = 8;
 constexpr double kCheckAccuracy = 0.01;  // of the log evidence, or half of the chains' error
 constexpr int kFewestCheckDraws = 200;
+// Each takes three paths' time.
+constexpr int kPathsForSteps = 30, kFewestForSteps = 200, kMostForSteps = 4000;
 constexpr std::uint64_t kCheckSeed = 0x9e3779b97f4a7c15ULL;
 
 struct ChainsRun {
@@ -301,7 +304,7 @@ ChainsRun run_chains(const std::vector<Specimen>& specimens, const ParameterSpac
   }
   for (const auto& minima : reference.minima) out.modes = std::max(out.modes, static_cast<int>(minima.size()));
   out.laplace_log_evidence = reference.laplace_log_evidence;
-  out.pareto_k = out.chain_pareto_k = kUndefined;
+  out.pareto_k = out.chain_pareto_k = out.of_finer_steps.value = kUndefined;
   if (options.evidence && options.temperatures > 1) {
     out.log_evidence = tempered_log_evidence(out);
   } else if (options.evidence) {
@@ -320,12 +323,11 @@ ChainsRun run_chains(const std::vector<Specimen>& specimens, const ParameterSpac
 
 // Paths as many as the chains took, which cost less without derivatives: first weighted draws, then, where these
 // determine nothing, tempered chains. @return none where it was ended
-std::optional<Confirmation> confirm(const std::vector<Specimen>& specimens, const ParameterSpace& space,
-                                    const Reference& reference, const SamplerOptions& options, const ChainsRun& run) {
+std::optional<Confirmation> confirm(const ChainSetting& setting, const Reference& reference,
+                                    const SamplerOptions& options, const ChainsRun& run) {
   const PosteriorDraws& draws = run.draws;
-  Reference defended = reference;
-  defend(defended, specimens, space, 1);
-  const ChainSetting setting{specimens, space, defended, {}, options.seed ^ kCheckSeed};
+  const std::vector<Specimen>& specimens = setting.specimens;
+  const ParameterSpace& space = setting.space;
   const MoveKind move = sampler_table().find(options.method).make;
   // An adjoint costs about as much as a path, and a fitted draw as several, and one with its derivatives.
   const std::int64_t of_cost = move.fits_data ? 8 : move.uses_gradient ? 2 : 1;
@@ -377,12 +379,20 @@ PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOp
   PosteriorDraws& draws = run.draws;
   if (draws.partial || !options.evidence || std::isnan(draws.log_evidence.value)) return std::move(draws);
   const auto end_of_chains = std::chrono::steady_clock::now();
-  const std::optional<Confirmation> confirmation = confirm(specimens, space, reference, options, run);
+  Reference defended = reference;
+  defend(defended, specimens, space, 1);
+  const ChainSetting setting{specimens, space, defended, {}, options.seed ^ kCheckSeed};
+  const std::optional<Confirmation> confirmation = confirm(setting, reference, options, run);
   draws.partial = !confirmation;
   if (draws.partial) return std::move(draws);
   draws.confirmation = *confirmation;
   if (draws.confirmation.by != Confirmation::By::kNothing)
     draws.log_evidence.standard_error = std::hypot(draws.log_evidence.standard_error, draws.confirmation.difference);
+  std::vector<Specimen> finer;
+  for (std::size_t i = 0; i < specimens.size(); ++i) finer.push_back(with_finer_steps(problem, i));
+  const auto steps_draws = static_cast<int>(
+      std::clamp<std::int64_t>(draws.path_evaluations / kPathsForSteps, kFewestForSteps, kMostForSteps));
+  draws.of_finer_steps = evidence_of_finer_steps(setting, finer, steps_draws);
   draws.seconds += seconds_since(end_of_chains);
   return std::move(draws);
 }

@@ -139,6 +139,8 @@ struct PosteriorDraws {
   double pareto_k = 0;        ///< of the weights of the reference's draws; NaN: they are too few, or evidence is off
   double chain_pareto_k = 0;  ///< of the chains' weights, as those of draws of the reference would have it
   Confirmation confirmation;
+  /// log p(y) with twice as many steps less that with these, at one θ; NaN: undetermined, or evidence is off.
+  Estimate of_finer_steps{};
   double laplace_log_evidence = 0;  ///< of the reference
   std::int64_t path_evaluations = 0;
   std::vector<double> powers;               ///< τ, increasing from 0 to 1; empty without tempering

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "reference_weight.hpp"
+
+namespace pulson::inference {
+
+/// log p(y | φ̂) of twice as many steps less that of the steps of the specimens, with the integrator they have: of a
+/// path of weighted draws the Brownian path is the same, refined by a normal number for each step and channel, so that
+/// what the draws have in common cancels. Its error is small where the steps are; NaN where too few draws have a path.
+/// @param finer the same specimens with twice as many steps
+Estimate evidence_of_finer_steps(const ChainSetting& setting, const std::vector<Specimen>& finer, int draws);
+
+/// The same specimen with twice as many steps.
+Specimen with_finer_steps(const PosteriorProblem& problem, std::size_t specimen);
+
+}  // namespace pulson::inference

@@ -152,7 +152,8 @@ PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws) {
   const inference::Confirmation& confirmation = draws.confirmation;
   const bool is_confirmed = confirmation.by != inference::Confirmation::By::kNothing;
   summary.refuted = is_confirmed && !confirmation.agrees;
-  summary.heavy_tail = std::fmax(draws.pareto_k, draws.chain_pareto_k) > inference::kHighParetoK && !is_confirmed;
+  summary.heavy_tail = !is_confirmed && draws.powers.empty() &&
+                       !(max_or_undefined(draws.pareto_k, draws.chain_pareto_k) <= inference::kHighParetoK);
   summary.converged = summary.undefined.empty() && summary.worst_rhat <= inference::kHighRhat && !summary.refuted &&
                       !summary.heavy_tail;
   return summary;

@@ -155,6 +155,11 @@ std::string evidence_text(const inference::PosteriorDraws& draws) {
   return fmt::format("{:.3f} ± {:.2g}", evidence.value, evidence.standard_error);
 }
 
+std::string pareto_text(const inference::PosteriorDraws& draws) {
+  const double k = max_or_undefined(draws.pareto_k, draws.chain_pareto_k);
+  return std::isnan(k) ? "undefined" : fmt::format("{:.2f}", k);
+}
+
 std::string confirmed_by_words(const inference::Confirmation& confirmation) {
   return confirmation.by == inference::Confirmation::By::kImportance ? "weighted draws" : "tempered chains";
 }
@@ -162,7 +167,8 @@ std::string confirmed_by_words(const inference::Confirmation& confirmation) {
 std::string confirmation_text(const inference::PosteriorDraws& draws) {
   const inference::Confirmation& confirmation = draws.confirmation;
   if (confirmation.by == inference::Confirmation::By::kNothing)
-    return fmt::format("by nothing else; Pareto k of the weights {:.2f}", draws.pareto_k);
+    return draws.powers.empty() ? fmt::format("by nothing else; Pareto k of the weights {}", pareto_text(draws))
+                                : "by nothing else";
   return fmt::format("{}by {}: log p(y) = {:.3f} ± {:.2g}, {} {:.1f} standard errors apart",
                      confirmation.agrees ? "" : "not ", confirmed_by_words(confirmation),
                      confirmation.log_evidence.value, confirmation.log_evidence.standard_error,

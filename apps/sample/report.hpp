@@ -19,6 +19,9 @@ html::HtmlReport calibration_report(const inference::PosteriorProblem& problem,
                                     const inference::Calibration& calibration, const std::vector<std::string>& notes,
                                     const std::filesystem::path& picture);
 
+/// The larger Pareto k of the weights, or "undefined".
+std::string pareto_text(const inference::PosteriorDraws& draws);
+
 /// "weighted draws" or "tempered chains".
 std::string confirmed_by_words(const inference::Confirmation& confirmation);
 

@@ -54,9 +54,10 @@ std::string refuted_warning(const inference::PosteriorDraws& draws) {
 
 std::string tail_warning(const inference::PosteriorDraws& draws) {
   return fmt::format(
-      "the chains may have missed a part of the posterior: the weights of its draws have a tail with Pareto k {:.2f}, "
-      "more than {}, and nothing else determines it; take {}",
-      std::fmax(draws.pareto_k, draws.chain_pareto_k), inference::kHighParetoK, kTempering);
+      "the chains may have missed a part of the posterior: Pareto k of the weights is {}, and has to be at most {}, "
+      "and "
+      "nothing else determines the posterior; take {}",
+      pareto_text(draws), inference::kHighParetoK, kTempering);
 }
 
 // Chains that did not move, or are too short for their diagnostics.

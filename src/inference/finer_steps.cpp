@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr std::uint64_t kRefinements = 1ULL << 22U;
-constexpr double kNoWeight = -std::numeric_limits<double>::infinity();
+constexpr double kNoLikelihood = -std::numeric_limits<double>::infinity();
 
 // An increment in two halves, whose difference is `normals`.
 VectorXd refined(const Specimen& specimen, const VectorXd& z, const VectorXd& normals) {
@@ -37,10 +37,10 @@ VectorXd refined(const Specimen& specimen, const VectorXd& z, const VectorXd& no
 
 double log_likelihood(const Specimen& specimen, const Specimen::Model& model, const VectorXd& z) {
   const posterior::ShotBatch::Ends ends = posterior::ShotBatch(specimen, model).ends(z);
-  if (ends.found.front() == 0) return kNoWeight;
+  if (ends.found.front() == 0) return kNoLikelihood;
   const double value =
       -0.5 * specimen.residual(model, ends.positions.col(0)).squaredNorm() - specimen.log_volume(model);
-  return std::isfinite(value) ? value : kNoWeight;
+  return std::isfinite(value) ? value : kNoLikelihood;
 }
 
 Estimate of_specimen(const ChainSetting& setting, const ThetaPoint& theta, std::size_t s, const Specimen& finer,
@@ -64,7 +64,7 @@ Estimate of_specimen(const ChainSetting& setting, const ThetaPoint& theta, std::
     fine[i] = of_prior + log_likelihood(finer, model, refined(specimen, z, apart));
   });
   const double largest = coarse.maxCoeff();
-  if (!(largest > kNoWeight) || !(fine.maxCoeff() > kNoWeight)) return {kUndefined, kUndefined};
+  if (!(largest > kNoLikelihood) || !(fine.maxCoeff() > kNoLikelihood)) return {kUndefined, kUndefined};
   const ArrayXd of_coarse = (coarse.array() - largest).exp(), of_fine = (fine.array() - largest).exp();
   const double difference = std::log(of_fine.mean() / of_coarse.mean());
   const ArrayXd influence = of_fine / of_fine.mean() - of_coarse / of_coarse.mean();

@@ -49,9 +49,10 @@ double pareto_k(const VectorXd& log_weights) {
   std::vector<double> beyond;
   for (std::size_t i = weights.size() - static_cast<std::size_t>(tail); i < weights.size(); ++i)
     if (weights[i] > cutoff) beyond.push_back(weights[i] - cutoff);
-  // Weights that are alike to rounding have no tail.
+  // Weights that are alike to rounding have no tail; of those that are nearly all 0 nothing can be said.
   constexpr double kAlike = 1e-9;
-  if (std::ssize(beyond) < kFewestOfTail || beyond.back() < kAlike) return 0;
+  if (1 - cutoff < kAlike) return 0;
+  if (std::ssize(beyond) < kFewestOfTail) return kUndefined;
   return generalised_pareto_k(ArrayXd::Map(beyond.data(), std::ssize(beyond)));
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::MatrixXd;
 
-PosteriorProblem swap(double shift) {
+PosteriorProblem swap(double shift, double sigma) {
   Landmarks source, target;
   source.points.resize(2, 2);
   source.points << 0, 1, 0, 0;
@@ -20,7 +20,7 @@ PosteriorProblem swap(double shift) {
   matching::RegistrationOptions options;
   options.kernel = "gaussian:alpha=1";
   options.noise = "ch-sd:beta=0.3";
-  options.sigma = 0.1;
+  options.sigma = sigma;
   options.lambda = 1;
   options.align = AlignmentKind::kNone;
   options.grid = {1, 10};
@@ -37,10 +37,10 @@ TEST(SeveralModes, OfASwapAreVisitedAlikeBySymmetry) {
   SamplerOptions options;
   options.draws = 1000;
   options.searches = 12;
-  const PosteriorDraws draws = sample_posterior(swap(0), options);
+  const PosteriorDraws draws = sample_posterior(swap(0, 0.3), options);
   EXPECT_GE(draws.modes, 2);
   const DrawSummary summary = summarise(draws.by_chain(above(draws)));
-  EXPECT_GT(effective_sample_size(draws.by_chain(above(draws))), 100) << draws.acceptance;
+  EXPECT_GT(effective_sample_size(draws.by_chain(above(draws))), 100);
   EXPECT_NEAR(summary.mean, 0.5, 4 * summary.mcse);
 }
 
@@ -51,7 +51,7 @@ TEST(SeveralModes, AreThoseOfRegistration) {
   options.warmup = 10;
   options.draws = 10;
   options.searches = 1;
-  EXPECT_EQ(sample_posterior(swap(0.2), options).modes, 2);
+  EXPECT_EQ(sample_posterior(swap(0.2, 0.1), options).modes, 2);
 }
 
 }  // namespace

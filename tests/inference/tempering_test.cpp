@@ -68,7 +68,7 @@ TEST_P(SwapOnALine, IsVisitedAsPriorDrawsSay) {
   const PosteriorDraws draws = sample_posterior(problem, options);
   EXPECT_NEAR(draws.log_evidence.value, expected.log_evidence,
               4 * std::hypot(draws.log_evidence.standard_error, expected.error));
-  EXPECT_LT(draws.log_evidence.standard_error, 0.08);
+  EXPECT_LT(draws.log_evidence.standard_error, 0.12);  // the distance to weighted draws is in it
   const auto& middle = draws.middles.front();
   const DrawSummary early =
       summarise(draws.by_chain((middle.row(0).array() > middle.row(1).array()).cast<double>().matrix()));

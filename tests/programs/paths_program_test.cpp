@@ -282,6 +282,7 @@ TEST_F(PathsOfProgram, AreEitherReadOrWritten) {
                                                        {"fokker-planck", "fokker-planck --grids 0 -o new"},
                                                        {"reproduce", "reproduce nothing -o new"},
                                                        {"convert", "convert a.csv"},
+                                                       {"view", "view a.csv --no-browser"},
                                                        {"info", "info a.csv"},
                                                        {"completion", "completion bash"}};
   const std::set<std::string> inputs = {"--config", "--weights",  "--covariances", "--image", "--mesh",

@@ -39,8 +39,8 @@ DrawSummary summarise(const Eigen::MatrixXd& draws);
 
 /// The shape k of the generalised Pareto law of the largest 20 %, at most 3√n, of n importance weights (A. Vehtari, D.
 /// Simpson, A. Gelman, Y. Yao and J. Gabry, "Pareto smoothed importance sampling", JMLR 25(72), 2024, after J. Zhang
-/// and M. Stephens 2009): weights have 1/k finite moments. 0 where all are alike; NaN where fewer than 5 are in the
-/// tail, or the largest is not finite. @param log_weights −∞ for a weight of 0
+/// and M. Stephens 2009): weights have 1/k finite moments. 0 where all are alike; NaN where fewer than
+/// 5 different ones are in the tail, or the largest is not finite. @param log_weights −∞ for a weight of 0
 double pareto_k(const Eigen::VectorXd& log_weights);
 
 /// k above which a mean of such weights, and its standard error, are not reliable (ibid.).

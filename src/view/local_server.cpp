@@ -160,7 +160,7 @@ LocalServer::LocalServer(int port, Handler handler, Limit limit) : implementatio
     implementation_->port = server.bind_to_port("127.0.0.1", port) ? port : -1;
   if (implementation_->port <= 0)
     throw InputError(port == 0 ? std::string("no port of 127.0.0.1 can be had")
-                               : fmt::format("port {} of 127.0.0.1 cannot be had; --port 0 takes any free one", port));
+                               : fmt::format("port {} of 127.0.0.1 cannot be had; port 0 is any that is free", port));
 }
 
 LocalServer::~LocalServer() {

@@ -49,7 +49,7 @@ bool is_plain_name(const std::string& name) {
 
 ShownPicture shown_picture(const std::string& path, std::int64_t max_pixels) {
   const Picture stored = read_picture(path, max_pixels);
-  const double pixels = static_cast<double>(stored.image.pixel_count());
+  const auto pixels = static_cast<double>(stored.image.pixel_count());
   if (stored.orientation() == 1 && pixels <= kMostShownPixels) {
     std::string bytes = read_file(path);
     if (const std::string type = type_of(bytes); !type.empty()) return {type, std::move(bytes)};

@@ -55,7 +55,7 @@ py::array array_of(Eigen::MatrixXd matrix) {
   auto kept = std::make_unique<Eigen::MatrixXd>(std::move(matrix));
   Eigen::MatrixXd* const raw = kept.get();
   const py::capsule owner(raw, [](void* pointer) { delete static_cast<Eigen::MatrixXd*>(pointer); });
-  kept.release();
+  static_cast<void>(kept.release());  // the capsule owns it
   return {py::dtype::of<double>(), std::vector<py::ssize_t>{raw->cols(), raw->rows()}, raw->data(), owner};
 }
 

@@ -199,7 +199,7 @@ void note_outliers(AtlasResults& results) {
   if (far.empty()) return;
   const std::size_t count = far.size();
   far.resize(std::min<std::size_t>(count, 5));
-  results.notes.push_back(fmt::format("{}{} much further from the template than the others: are landmarks exchanged?",
+  results.notes.push_back(fmt::format("{}{} much further from the template than the others, which the modes may follow",
                                       fmt::join(far, ", "),
                                       count > far.size() ? fmt::format(" and {} more are", count - far.size())
                                       : count == 1       ? std::string(" is")

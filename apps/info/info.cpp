@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "audit/results.hpp"
@@ -196,14 +197,14 @@ Json shape_json(const Landmarks& shape, const ShapeFacts& facts) {
           {"outlines", shape.outlines.size()}};
 }
 
-std::string file_json(const std::string& address, const FileFacts& facts) {
+Json file_json(const std::string& address, const FileFacts& facts) {
   const formats::LandmarkFile& file = facts.file;
   Json json = {{"file", address}, {"format", file.format}, {"units", file.units}, {"axes", file.axes}};
   json["shapes"] = Json::array();
   for (std::size_t i = 0; i < file.shapes.size(); ++i)
     json["shapes"].push_back(shape_json(file.shapes[i], facts.shapes[i]));
   json["warnings"] = file.warnings;
-  return json_text(json);
+  return json;
 }
 
 /// How `pulson info FILE` reads a file and describes it.
@@ -238,7 +239,7 @@ void print_audit_hint(const std::string& address, const std::vector<Landmarks>& 
 /// What the file, or one shape of it, holds: first of all shapes, then a line for each. @throws InputError
 void print_file_info(const std::string& address, const FileInfoOptions& options) {
   const FileFacts facts(read_addressed_shapes(address, options.reading));
-  if (!write_json(options.json, [&] { return file_json(address, facts); })) return;
+  if (!write_json(options.json, [&] { return json_text(file_json(address, facts)); })) return;
   print_summary(address, facts);
   print_audit_hint(address, facts.file.shapes);
   const std::size_t count = facts.shapes.size();
@@ -247,6 +248,32 @@ void print_file_info(const std::string& address, const FileInfoOptions& options)
   if (listed < count) print_text("       and {} more; --all lists them\n", count - listed);
   if (verbosity() == Verbosity::kQuiet) return;
   for (const std::string& warning : facts.file.warnings) print_text("note: {}\n", warning);
+}
+
+/// A line for each of several files. @throws InputError
+void print_files_info(const std::vector<std::string>& addresses, const FileInfoOptions& options) {
+  std::vector<FileFacts> files;
+  for (const std::string& address : addresses) files.emplace_back(read_addressed_shapes(address, options.reading));
+  const auto json = [&] {
+    Json all = Json::array();
+    for (std::size_t i = 0; i < files.size(); ++i) all.push_back(file_json(addresses[i], files[i]));
+    return json_text(Json{{"files", std::move(all)}});
+  };
+  if (!write_json(options.json, json)) return;
+  std::size_t width = 0;
+  for (const std::string& address : addresses) width = std::max(width, address.size());
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const std::vector<Landmarks>& shapes = files[i].file.shapes;
+    print_text("{:<{}}  {}", addresses[i], width, counted(shapes.size(), "shape"));
+    if (!shapes.empty()) print_text(", landmarks {}", describe_sizes(shapes));
+    std::size_t missing = 0;
+    for (const ShapeFacts& shape : files[i].shapes) missing += shape.missing;
+    if (missing > 0) print_text(", {} missing", missing);
+    print_text("\n");
+  }
+  if (verbosity() == Verbosity::kQuiet) return;
+  for (std::size_t i = 0; i < files.size(); ++i)
+    for (const std::string& warning : files[i].file.warnings) print_text("note: {}: {}\n", addresses[i], warning);
 }
 
 // ---- of the tables
@@ -311,7 +338,11 @@ std::string defaults_json() {
   return json_text(Json{{"defaults", std::move(tasks)}});
 }
 
-void print_info(const std::string& what, const FileInfoOptions& options) {
+const std::vector<std::string> kTables = {"kernels", "noises", "integrators", "formats", "defaults", "columns"};
+
+bool is_table(const std::string& what) { return std::find(kTables.begin(), kTables.end(), what) != kTables.end(); }
+
+void print_one(const std::string& what, const FileInfoOptions& options) {
   if (what == "defaults") {
     if (write_json(options.json, [] { return defaults_json(); })) print_defaults();
     return;
@@ -321,21 +352,29 @@ void print_info(const std::string& what, const FileInfoOptions& options) {
   if (what == "noises") return print_table(noise_table());
   if (what == "integrators") return print_table(integrator_table());
   if (what == "formats") return print_formats();
-  if (what != "-" && kind_of(what) == PathKind::kMissing && what.find('#') == std::string::npos)
-    throw InputError("info: '" + what +
-                     "' is neither a file nor one of kernels, noises, integrators, formats, defaults, columns" +
-                     suggestion(what, {"kernels", "noises", "integrators", "formats", "defaults", "columns"}));
   print_file_info(what, options);
+}
+
+void print_info(const std::vector<std::string>& all, const FileInfoOptions& options) {
+  for (const std::string& what : all) {
+    if (is_table(what) && all.size() > 1)
+      throw InputError(fmt::format("info: '{}' is a table, to be asked for alone", what));
+    if (!is_table(what) && what != "-" && kind_of(what) == PathKind::kMissing && what.find('#') == std::string::npos)
+      throw InputError(fmt::format("info: '{}' is neither a file nor one of {}{}", what, fmt::join(kTables, ", "),
+                                   suggestion(what, kTables)));
+  }
+  if (all.size() == 1) return print_one(all.front(), options);
+  print_files_info(all, options);
 }
 
 }  // namespace
 
 void add_info_verb(CLI::App& program) {
   CLI::App* verb = program.add_subcommand("info", "Print the tables of kernels, noises, … or the contents of a file");
-  auto what = std::make_shared<std::string>();
+  auto what = std::make_shared<std::vector<std::string>>();
   auto options = std::make_shared<FileInfoOptions>();
   reads_shape(
-      verb->add_option("WHAT", *what, "kernels, noises, integrators, formats, defaults, columns, or a landmark file"))
+      verb->add_option("WHAT", *what, "kernels, noises, integrators, formats, defaults, columns, or landmark files"))
       ->required();
   verb->add_flag("--all", options->all, "list all shapes of the file, not only the first 20");
   writes_file(verb->add_option(
@@ -344,7 +383,7 @@ void add_info_verb(CLI::App& program) {
   add_quiet_option(*verb);
   add_read_options(*verb, options->reading);
   verb->footer(
-      "Examples:\n  pulson info noises\n  pulson info defaults\n  pulson info wings.tps\n"
+      "Examples:\n  pulson info noises\n  pulson info defaults\n  pulson info wings.tps\n  pulson info *.pts\n"
       "Exit codes: 0 done, 2 bad input.");
   verb->callback([what, options] { print_info(*what, *options); });
 }

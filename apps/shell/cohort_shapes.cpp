@@ -35,10 +35,14 @@ void leave_out_undigitised(std::vector<Landmarks>& shapes) {
   for (const Landmarks& shape : shapes)
     if (is_undigitised(shape)) names.push_back(fmt::format("{} ({})", quoted_line(shape.name), shape.source));
   if (names.empty()) return;
+  constexpr std::size_t kMostNamed = 8;
+  const std::size_t count = names.size();
+  names.resize(std::min(count, kMostNamed));
   print_warning(
       fmt::format("{} of {} shapes {} left out, whose landmarks are all at one point or missing, as where "
-                  "nothing was digitised: {}",
-                  names.size(), shapes.size(), names.size() == 1 ? "is" : "are", fmt::join(names, ", ")));
+                  "nothing was digitised: {}{}",
+                  count, shapes.size(), count == 1 ? "is" : "are", fmt::join(names, ", "),
+                  count > kMostNamed ? fmt::format(" and {} more", count - kMostNamed) : ""));
   std::erase_if(shapes, is_undigitised);
 }
 

@@ -224,7 +224,7 @@ namespace {
 volatile std::sig_atomic_t signalled = 0;
 int interrupts = 0;  // those that live, whose owners look themselves whether one came
 
-// Whether there is a host, which was told. @throws HostStopped
+// Tells the host, where there is one. @return whether there is @throws HostStopped
 bool tell_host(double fraction, const std::string& text) {
   if (host() == nullptr) return false;
   if (interrupts == 0 && host()->interrupted()) throw HostStopped();

@@ -252,6 +252,11 @@ std::string parse_error_text(const CLI::ParseError& error) {
   if (begins(kExtra)) return fmt::format("'{}' is one argument too many", text.substr(kExtra.size()));
   if (constexpr std::string_view kMore = "The following arguments were not expected: "; begins(kMore))
     return fmt::format("arguments too many: {}", text.substr(kMore.size()));
+  if (const std::size_t colon = text.find(": At Most 1 required but received "); colon != std::string::npos)
+    return fmt::format("{} is given {} times; it takes one value", text.substr(0, colon),
+                       text.substr(text.rfind(' ') + 1));
+  if (const std::size_t colon = text.find(": 1 required "); colon != std::string::npos && text.ends_with(" missing"))
+    return fmt::format("{} needs a value", text.substr(0, colon));
   if (begins("--out is required")) return "--out is required: -o FOLDER or FILE says where the results go";
   return text;
 }

@@ -167,22 +167,41 @@ class LandmarkList {
       return;
     }
     if (const std::optional<std::size_t> number = parse_count(item)) return add_numbers(*number, *number);
-    const std::size_t dash = std::min(item.find('-'), item.size());
-    const std::optional<std::size_t> first = parse_count(text::trim(item.substr(0, dash)));
-    const std::optional<std::size_t> last = parse_count(text::trim(item.substr(std::min(dash + 1, item.size()))));
-    if (!first || !last) fail_unknown(item);
-    if (*first > *last)
-      throw InputError(
-          fmt::format("{}: the range {} of landmarks ends before it begins", shape_.source, text::in_quotes(item)));
-    add_numbers(*first, *last);
+    for (std::size_t dash = item.find('-'); dash != std::string_view::npos; dash = item.find('-', dash + 1)) {
+      const std::string_view from = text::trim(item.substr(0, dash)), to = text::trim(item.substr(dash + 1));
+      const std::optional<std::size_t> first = parse_count(from), last = parse_count(to);
+      if (first && last) return add_numbers(*first, *last);
+      const std::optional<int> begin = labelled_once(from), end = labelled_once(to);
+      if (begin && end) return add_places(*begin, *end);
+    }
+    fail_unknown(item);
+  }
+
+  std::optional<int> labelled_once(std::string_view label) const {
+    const auto found = labelled_.find(std::string(label));
+    if (label.empty() || found == labelled_.end() || found->second.size() != 1) return std::nullopt;
+    return found->second.front();
+  }
+
+  // From `first` to `last`, both included, backwards where it is the greater one.
+  template <class Number, class Add>
+  static void each_of(Number first, Number last, const Add& add) {
+    for (Number number = first;; first < last ? ++number : --number) {
+      add(number);
+      if (number == last) return;
+    }
   }
 
   void add_numbers(std::size_t first, std::size_t last) {
-    for (std::size_t number = first; number <= last; ++number) {
+    each_of(first, last, [this](std::size_t number) {
       const auto found = places_.find(number);
       if (found == places_.end()) fail_number(number);
       add_place(found->second);
-    }
+    });
+  }
+
+  void add_places(int first, int last) {
+    each_of(first, last, [this](int a) { add_place(a); });
   }
 
   void add_place(int a) {

@@ -115,6 +115,15 @@ TEST_F(ReadLandmarks, AreThoseOfTheList) {
   EXPECT_THAT(labelled.labels, ElementsAre("left-eye", "3", "tip"));
 }
 
+TEST_F(ReadLandmarks, AreThoseOfARangeInItsDirection) {
+  const std::string tps = "LM=5\n1 1\n2 2\n3 3\n4 4\n5 5\n";
+  EXPECT_THAT(read_with({.landmarks = "3-1,4-4,5"}, "a.tps", tps).numbers, ElementsAre(3, 2, 1, 4, 5));
+  const std::string table = "label,x,y\nS-1,1,1\nS-2,2,2\nS-3,3,3\ntip,4,4\n";
+  EXPECT_THAT(read_with({.landmarks = "S-1-S-3"}, "a.csv", table).labels, ElementsAre("S-1", "S-2", "S-3"));
+  EXPECT_THAT(read_with({.landmarks = "tip - S-2,S-1"}, "a.csv", table).labels,
+              ElementsAre("tip", "S-3", "S-2", "S-1"));
+}
+
 TEST_F(ReadLandmarks, AreChosenInTheShapesThatAreWanted) {
   const std::string tps = "LM=1\n1 1\nID=a\nLM=2\n2 2\n3 3\nID=b\n";
   write("a.tps", tps);
@@ -130,7 +139,8 @@ TEST_F(ReadLandmarks, AreRefusedWhereTheyAreNotThere) {
   EXPECT_EQ(error("0"), "a.csv has no landmark 0; they are numbered from 1 to 3");
   EXPECT_EQ(error("tipp"), "a.csv has no landmark 'tipp'; did you mean 'tip'?");
   EXPECT_EQ(error("1,,2"), "a.csv has no landmark ''; a label, a number or a range such as 1-20 is expected");
-  EXPECT_EQ(error("3-1"), "a.csv: the range '3-1' of landmarks ends before it begins");
+  EXPECT_EQ(error("tip-fins"),
+            "a.csv has no landmark 'tip-fins'; a label, a number or a range such as 1-20 is expected");
   EXPECT_EQ(error("1-2,tip"), "a.csv: landmark 'tip' is in the list of landmarks twice");
   EXPECT_EQ(error_with({.landmarks = "a"}, "a.tps", "LM=1\n1 2\n"),
             "a.tps has no landmark 'a'; it has no labels, and a number or a range such as 1-20 is expected");

@@ -87,6 +87,7 @@ const std::vector<WrongCommand> kWrongCommands = {
     {"MisspeltExperiment", "reproduce figur1 -o out", {"unknown experiment 'figur1'; did you mean 'figure1'"}},
     {"MisspeltLabels", "warp r.json a.csv -o out.csv --labels metrix", {"unknown labels 'metrix'; did you mean 'metric'"}},
     {"MisspeltFormat", "convert a.csv b.tps --to tpss", {"'tpss'", "did you mean 'tps'; valid: "}},
+    {"Repeated", "register a.csv b.csv --sigma 1 -o out --sigma 2", {"--sigma is given 2 times; it takes one value"}},
     {"MisspeltTable", "info kernals", {"'kernals'", "did you mean 'kernels'"}},
     {"RegisterAlone", "register", {"SOURCE"}},
     {"NoTarget", "register a.csv -o out", {"TARGET"}},

@@ -143,6 +143,17 @@ TEST_F(HelpOfProgram, TellsWhatIsInAFile) {
   EXPECT_THAT(pair, HasSubstr("1 and 2 coincide"));
 }
 
+TEST_F(HelpOfProgram, TellsWhatIsInSeveralFiles) {
+  write("pair.tps", "LM=2\n0 0\n1 0\nID=ann\nLM=2\n0 0\n0 0\nID=bob\n");
+  write("line.csv", "x\n0\nNA\n2\n");
+  EXPECT_EQ(printed({"info", "pair.tps", "line.csv"}),
+            "pair.tps  2 shapes, landmarks 2 in 2D\n"
+            "line.csv  1 shape, landmarks 3 in 1D, 1 missing\n");
+  const nlohmann::json json = nlohmann::json::parse(printed({"info", "pair.tps", "line.csv", "--json", "-"}));
+  EXPECT_EQ(json["files"][1]["shapes"][0]["missing"], 1);
+  EXPECT_THAT(run({"info", "pair.tps", "kernels"}).err, HasSubstr("'kernels' is a table, to be asked for alone"));
+}
+
 // A full disk behind `> FILE` must not look like success.
 TEST_F(HelpOfProgram, FailsWhereItsOutputIsLost) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";

@@ -209,7 +209,7 @@ compare::CompareOptions CompareArguments::compare_options(const compare::CohortS
                       "determine it",
                       asked.settings.kernel.make(about.source.points).terms().front().alpha));
   }
-  if (!time.chosen) asked.settings.grid.steps = sufficient_steps(about, asked.settings);
+  if (time.is_automatic()) asked.settings.grid.steps = sufficient_steps(about, asked.settings);
   return asked;
 }
 

@@ -102,6 +102,10 @@ void SampleArguments::add_to(CLI::App& verb) {
   add_threads_option(verb);
 }
 
+namespace {
+constexpr int kFewestSteps = 4;  // of those that are chosen: even, for q(T/2)
+}  // namespace
+
 nlohmann::ordered_json tree_facts(const std::vector<TreeNode>& tree) {
   nlohmann::ordered_json nodes = nlohmann::ordered_json::array();
   for (const TreeNode& node : tree) nodes.push_back({node.name, node.parent, node.length});
@@ -145,6 +149,7 @@ inference::PosteriorProblem SampleArguments::problem(const SampleShapes& shapes,
   model.set(options);
   options.integrator = integrator;
   options.grid = time.grid();
+  if (time.is_automatic()) options.grid.steps = kFewestSteps;
   if (align != "auto") options.align = parse_alignment(align);
   options.loss = loss.chosen();
   if (options.loss && !shapes.tree.empty()) throw InputError("--loss is for one target, not for the shapes of --tree");
@@ -154,7 +159,7 @@ inference::PosteriorProblem SampleArguments::problem(const SampleShapes& shapes,
           ? inference::make_posterior_problem(shapes.source, shapes.targets, options, model.priors())
           : inference::make_tree_problem(shapes.source, shapes.tree, shapes.targets, options, model.priors());
   notes.insert(notes.end(), made.notes.begin(), made.notes.end());
-  return made;
+  return time.is_automatic() ? with_sufficient_steps(std::move(made), sampler.seed) : made;
 }
 
 inference::CalibrationOptions SampleArguments::calibration() const {

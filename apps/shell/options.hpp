@@ -24,12 +24,14 @@ struct TimeOptions {
   int steps = 20;
   bool automatic = false;    ///< steps are chosen by the verb unless they are given
   std::optional<double> dt;  ///< where it is given, the default of --steps is not used
-  bool chosen = false;       ///< --steps or --dt was given
+  bool chosen = false;       ///< --steps was given, as a number
 
   static TimeOptions of(const matching::TaskDefaults& defaults);
 
   /// `default_time` is what help says of it.
   void add_to(CLI::App& verb, const std::string& default_time);
+  /// Whether the verb chooses the steps.
+  bool is_automatic() const { return automatic && !chosen && !dt; }
   /// K equal steps over --time or `default_time`, none longer than --dt where that is given. @throws InputError
   TimeGrid grid(double default_time = 1) const;
 };

@@ -72,15 +72,20 @@ void merge_into_first(CohortShapes& shapes, const Pair& pair, std::vector<double
 }  // namespace
 
 Cohort CohortShapes::cohort(const std::vector<int>& chosen) const {
-  if (chosen.empty())
-    return make_cohort(source ? *source : procrustes_mean(targets, alignment), targets, alignment, weights);
+  const auto of = [&](const std::vector<Landmarks>& shapes, std::vector<Eigen::VectorXd> of_shapes) {
+    Cohort cohort = make_cohort(source ? *source : procrustes_mean(shapes, alignment), shapes, alignment,
+                                std::move(of_shapes));
+    cohort.about_own_mean = !source;
+    return cohort;
+  };
+  if (chosen.empty()) return of(targets, weights);
   std::vector<Landmarks> some;
   std::vector<Eigen::VectorXd> of_some;
   for (const int s : chosen) {
     some.push_back(targets[static_cast<std::size_t>(s)]);
     if (!weights.empty()) of_some.push_back(weights[static_cast<std::size_t>(s)]);
   }
-  return make_cohort(source ? *source : procrustes_mean(some, alignment), some, alignment, std::move(of_some));
+  return of(some, std::move(of_some));
 }
 
 void merge_coincident(CohortShapes& shapes, bool merge, std::vector<std::string>& notes) {

@@ -112,6 +112,12 @@ void CohortModel::find_units() {
     } catch (const InputError& error) {
       throw InputError(fmt::format("{}: {}", cohort_.targets[at(s)].source, error.what()));
     }
+  if (cohort_.about_own_mean) {
+    matching::MatchingProblem whole = problem(numbers, 0);
+    whole.data = std::make_shared<matching::LandmarkTerm>(
+        matching::LandmarkObservations{source, sigma_ * numbers.sigma, {}, {}});
+    own_mean_ = std::make_shared<OwnMean>(specimens_, Specimen(std::move(whole)));
+  }
   VectorXd theta = noise_.model->parameters();
   Specimen::Model model = specimens_.front().model(numbers);
   const double size = difference(specimens_, model, sigma_);
@@ -260,7 +266,8 @@ matching::MatchingProblem CohortModel::problem(const posterior::Numbers& numbers
 Matches CohortModel::match(const VectorXd& x, const Matches* near, Effort effort) const {
   const posterior::MinimumOptions options = effort == Effort::kRough ? kRoughly : posterior::MinimumOptions{};
   const posterior::Numbers numbers = this->numbers(x);
-  Matches matches{x, specimens_.front().model(numbers), std::vector<Minimum>(specimens_.size()), 0};
+  Matches matches{x, specimens_.front().model(numbers), std::vector<Minimum>(specimens_.size()), {}, 0};
+  if (own_mean_) matches.at_rest = own_mean_->at_rest(matches.model);
   const auto starts_of = [&](int s) -> std::vector<VectorXd> {
     if (near == nullptr) return {};
     const Minimum& before = near->minima[at(s)];
@@ -293,9 +300,20 @@ Matches CohortModel::match(const VectorXd& x, const Matches* near, Effort effort
       if (settings_.on_match) settings_.on_match();
     }
   });
-  for (const Minimum& match : matches.minima)
-    matches.log_evidence += LinearAt(*match.linear, matches.model).log_evidence();
+  matches.log_evidence = laplace(matches);
   return matches;
+}
+
+double CohortModel::laplace(const Matches& matches) const {
+  double sum = of_own_mean(matches, matches.model);
+  for (const Minimum& match : matches.minima) sum += LinearAt(*match.linear, matches.model).log_evidence();
+  return sum;
+}
+
+double CohortModel::of_own_mean(const VectorXd& x) const {
+  if (!own_mean_) return 0;
+  const Specimen::Model model = this->model(x);
+  return own_mean_->log_factor(*own_mean_->at_rest(model), model);
 }
 
 namespace {
@@ -322,7 +340,7 @@ double CohortModel::linear_value(const Matches& about, const VectorXd& x) const 
   const Specimen::Model model = this->model(x);
   VectorXd values(shapes());
   parallel_for(shapes(), [&](int s) { values[s] = OfShape(*about.minima[at(s)].linear, model).value; });
-  return values.sum();
+  return values.sum() + of_own_mean(about, model);
 }
 
 CohortModel::LinearEvidence CohortModel::linear_evidence_with(const Matches& about, const VectorXd& x,
@@ -358,6 +376,13 @@ CohortModel::LinearEvidence CohortModel::linear_evidence_with(const Matches& abo
     sum.slope.gradient += of_shape.slope.gradient;
     sum.slope.information += of_shape.slope.information;
   }
+  if (!own_mean_) return sum;
+  // Of complete shapes the information is that of all but one.
+  const double of_mean = of_own_mean(about, model);
+  sum.value += of_mean;
+  for (Index i = 0; i < n; ++i)
+    sum.slope.gradient[i] += (of_own_mean(about, aside[at(i)]) - of_mean) / kDifference;
+  sum.slope.information *= 1 - 1 / static_cast<double>(shapes());
   return sum;
 }
 

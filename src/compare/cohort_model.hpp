@@ -6,6 +6,7 @@
 
 #include "newton.hpp"
 #include "open_noise.hpp"
+#include "own_mean.hpp"
 #include "posterior/minimum.hpp"
 #include "pulson/compare/cohort_fit.hpp"
 
@@ -42,7 +43,8 @@ struct Matches {
   Eigen::VectorXd x;
   posterior::Specimen::Model model;
   std::vector<posterior::Minimum> minima;
-  double log_evidence = 0;  ///< Laplace's
+  std::shared_ptr<const posterior::LinearModel> at_rest;  ///< where the source is the shapes' own mean, else null
+  double log_evidence = 0;                                ///< Laplace's
 
   bool all_converged() const;
 };
@@ -95,6 +97,8 @@ class CohortModel {
   };
   LinearEvidence linear_evidence(const Matches& about, const Eigen::VectorXd& x) const;
   double linear_value(const Matches& about, const Eigen::VectorXd& x) const;
+  /// What the shapes' own mean adds to the evidence at x; 0 where the source is given.
+  double of_own_mean(const Eigen::VectorXd& x) const;
   /// Fisher's correlation of each number with log σ, all other numbers known.
   Eigen::VectorXd correlations_with_sigma(const Matches& about) const;
 
@@ -103,6 +107,10 @@ class CohortModel {
   void check_observable(const posterior::Specimen::BranchSlopes& slopes) const;
   matching::MatchingProblem problem(const posterior::Numbers& numbers, int shape) const;
   LinearEvidence linear_evidence_with(const Matches& about, const Eigen::VectorXd& x, bool with_sigma) const;
+  double laplace(const Matches& matches) const;
+  double of_own_mean(const Matches& about, const posterior::Specimen::Model& model) const {
+    return own_mean_ ? own_mean_->log_factor(*about.at_rest, model) : 0;
+  }
 
   const Cohort& cohort_;
   CohortSettings settings_;
@@ -112,6 +120,7 @@ class CohortModel {
   OpenNoise noise_;
   std::vector<ModelNumber> open_;
   std::vector<posterior::Specimen> specimens_;
+  std::shared_ptr<const OwnMean> own_mean_;  // null where the source is given
   Box box_;
   Eigen::VectorXd start_;
 };

@@ -238,6 +238,7 @@ void test_against_none(Comparison& comparison, const std::vector<NoiseChoice>& n
     study.shapes = static_cast<int>(comparison.cohort.targets.size());
     study.seed = options.settings.seed;
     study.alignment = comparison.cohort.alignment;
+    study.about_own_mean = comparison.cohort.about_own_mean;
     drawn = study_recovery(comparison.cohort.source, {{"none", none->fit.lambda, none->fit.kernel, none->fit.sigma}},
                            noises, study);
   }

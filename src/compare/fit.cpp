@@ -190,6 +190,7 @@ CohortFit record(const CohortModel& cohort, Found found) {
     });
     enough = std::count(are_enough.begin(), are_enough.end(), 1) > 0;
   }
+  fit.log_evidence = fit.of_own_mean = cohort.of_own_mean(matches.x);
   for (int s = 0; s < shapes; ++s) {
     const ShapeFit& shape = fit.shapes[at(s)];
     fit.coordinates += shape.coordinates;

@@ -191,8 +191,9 @@ class Search {
     try {
       const SampledCohort sampled = sample_cohort(cohort_, x, chords, draws(), starts);
       if (!sampled.enough) return std::nullopt;
-      Evidence evidence{sampled.log_evidence, VectorXd(kDrawGroups)};
-      for (int g = 0; g < kDrawGroups; ++g) evidence.without_group[g] = sum_of_log_means(sampled.log_sets, g);
+      const double of_mean = cohort_.of_own_mean(x);
+      Evidence evidence{sampled.log_evidence + of_mean, VectorXd(kDrawGroups)};
+      for (int g = 0; g < kDrawGroups; ++g) evidence.without_group[g] = sum_of_log_means(sampled.log_sets, g) + of_mean;
       return evidence;
     } catch (const Error&) {
       return std::nullopt;

@@ -64,9 +64,7 @@ bool CohortModel::improve(Matches& matches) const {
       // no path of least cost: the match stays
     }
   });
-  matches.log_evidence = 0;
-  for (const Minimum& match : matches.minima)
-    matches.log_evidence += LinearAt(*match.linear, matches.model).log_evidence();
+  matches.log_evidence = laplace(matches);
   return std::find(is_better.begin(), is_better.end(), 1) != is_better.end();
 }
 

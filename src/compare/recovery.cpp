@@ -110,7 +110,9 @@ RecoveredCohort RecoveryStudy::cohort(int index) const {
       draw_cohort(source_, problem, options_.shapes, options_.seed + 1000 + static_cast<std::uint64_t>(index));
   CohortSettings settings = options_.settings;
   settings.seed += kSeedsOfCohort * (static_cast<std::uint64_t>(index) + 1);
-  return fit_all(make_cohort(source_, targets, options_.alignment), candidates_, settings);
+  CohortShapes shapes{source_, targets, options_.alignment};
+  if (options_.about_own_mean) shapes.source.reset();
+  return fit_all(shapes.cohort(), candidates_, settings);
 }
 
 std::vector<RecoveryRow> RecoveryStudy::rows(const std::vector<RecoveredCohort>& cohorts) const {

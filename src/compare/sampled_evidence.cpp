@@ -50,6 +50,7 @@ SampledEvidence sample_evidence(const Cohort& cohort, const CohortFit& fit, cons
                                                      settings.seed + static_cast<std::uint64_t>(s));
   });
   SampledEvidence sampled;
+  sampled.total.value = fit.of_own_mean;
   double variance = 0;
   for (const ShapeEvidence& shape : found) {
     sampled.shapes.push_back(shape.evidence);

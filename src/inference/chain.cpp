@@ -13,6 +13,7 @@
 
 namespace pulson::inference {
 
+using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -30,6 +31,7 @@ constexpr double kWider = 1.3;  // deviations of the law within which φ rotates
 // below, from where chains come to other parts of the posterior.
 constexpr double kFarFromCentre = 10;
 constexpr int kStarts = 50;  // draws of the reference before a chain begins at its centre
+constexpr double kFewJumps = 0.01;  // of jumps in the warm-up that led elsewhere: later only one draw is tried then
 
 // Kinds of random numbers within an iteration.
 constexpr std::size_t kOfExchange = 0, kKindsOfSpecimen = 6, kFirstTheta = 1;
@@ -254,14 +256,37 @@ void Chain::move_path(std::size_t specimen, bool adapting) {
   }
 }
 
-// An independent draw of the reference.
-void Chain::jump(std::size_t specimen) {
+// Independent draws of the reference, as many as are shot at the cost of few, of which by their weights one is taken, or
+// none: iterated sampling importance resampling (C. Andrieu, A. Lee and M. Vihola, Bernoulli 24, 2018). Of one draw it
+// is Metropolis' rule.
+void Chain::jump(std::size_t specimen, bool adapting) {
   const std::size_t kind = kFirstTheta + kKindsOfSpecimen * (specimen + 1) + 3;
-  const std::size_t component = drawn_component(setting_.reference.log_weights[specimen], uniform(kind));
-  auto next = point(specimen, theta_, component, normals(kind + 1, points_[specimen].v.size()));
-  if (!next) return;
-  if (std::log(uniform(kind + 2)) < next->weight.value - points_[specimen].weight.value)
-    points_[specimen] = std::move(*next);
+  ChainPoint& here = points_[specimen];
+  const bool useless = !adapting && static_cast<double>(jumped_) < kFewJumps * static_cast<double>(jumps_);
+  const Index count =
+      useless ? 1 : posterior::ShotBatch(setting_.specimens[specimen], theta_.models[specimen]).at_once();
+  const MatrixXd v = normals(kind + 1, count * here.v.size()).reshaped(here.v.size(), count);
+  const SpecimenDraws draws =
+      specimen_draws(setting_, specimen, theta_, power_, setting_.reference.log_weights[specimen],
+                     normals(kind, count).unaryExpr(&normal_probability), v);
+  evaluations_ += count;
+  const double largest = std::max(draws.log_weights.maxCoeff(), here.weight.value);
+  const ArrayXd weights = (draws.log_weights.array() - largest).exp();
+  const double own = std::exp(here.weight.value - largest);
+  double left = uniform(kind + 2) * (count > 1 ? own + weights.sum() : own);
+  Index taken = 0;
+  while (taken < count && left >= weights[taken]) left -= weights[taken++];
+  if (adapting) ++jumps_;
+  if (taken == count) return;
+  ChainPoint next{draws.components[static_cast<std::size_t>(taken)], v.col(taken), draws.z.col(taken), {}, {}};
+  auto shot = setting_.specimens[specimen].shoot(theta_.models[specimen], next.z);
+  ++evaluations_;
+  if (!shot) return;
+  next.shot = std::move(*shot);
+  next.weight = log_weight_of(setting_, specimen, theta_, power_, next.z, next.shot);
+  if (!std::isfinite(next.weight.value)) return;
+  here = std::move(next);
+  if (adapting) ++jumped_;
 }
 
 void Chain::move_theta(int turn, bool adapting) {
@@ -338,7 +363,7 @@ void Chain::advance(int warmup) {
   const bool adapting = iteration_ < static_cast<std::uint64_t>(warmup);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     move_path(i, adapting);
-    jump(i);
+    jump(i, adapting);
   }
   if (setting_.space.count() > 0) {
     for (int turn = 0; turn < (setting_.move.fits_data ? 1 : kThetaMoves); ++turn) move_theta(turn, adapting);

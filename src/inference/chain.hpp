@@ -72,7 +72,7 @@ class Chain {
   /// A kick of half a step, a rotation by `angle`, and another kick; none without a path. @param passing see draw_of()
   std::optional<TrajectoryPoint> step(std::size_t specimen, const TrajectoryPoint& from, double angle, bool passing);
   void move_path(std::size_t specimen, bool adapting);
-  void jump(std::size_t specimen);
+  void jump(std::size_t specimen, bool adapting);
   void move_theta(int turn, bool adapting);
   void learn(int warmup);
   std::optional<ChainPoint> point(std::size_t specimen, const ThetaPoint& theta, std::size_t component,
@@ -92,6 +92,7 @@ class Chain {
   Eigen::MatrixXd visited_;  ///< φ of the warm-up
   double accepted_ = 0, theta_accepted_ = 0;
   std::int64_t moves_ = 0, theta_moves_ = 0, evaluations_ = 0, lost_draws_ = 0;
+  std::int64_t jumps_ = 0, jumped_ = 0;  ///< of the warm-up
 };
 
 }  // namespace pulson::inference

@@ -14,7 +14,7 @@ template <class State, class Self>
 void Chain::pass_counts(State& state, Self& chain) {
   state(chain.log_angle_, chain.log_scale_, chain.centre_, chain.root_, chain.visited_);
   state(chain.accepted_, chain.theta_accepted_, chain.moves_, chain.theta_moves_, chain.evaluations_);
-  state(chain.lost_draws_);
+  state(chain.lost_draws_, chain.jumps_, chain.jumped_);
 }
 
 void Chain::write(StateWriter& to) const {

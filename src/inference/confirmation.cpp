@@ -82,9 +82,11 @@ Confirmation confirmed_by(const ImportanceEstimate& other, const ChainSetting& s
     if (specimen.momentum_unknowns() > 0)
       for (Index i = 0; i < draws.momenta[path].rows(); ++i)
         comparison.compare(draws.momenta[path].row(i), *number++, "momenta");
-    for (std::size_t b = 0; b < specimen.branches().size(); ++b, ++path)
-      for (Index i = 0; i < draws.ends[path].rows(); ++i)
-        comparison.compare(draws.ends[path].row(i), *number++, "paths");
+    const std::size_t first = path, count = specimen.branches().size();
+    for (const auto* of_paths : {&draws.ends, &draws.middles})
+      for (path = first; path < first + count; ++path)
+        for (Index i = 0; i < (*of_paths)[path].rows(); ++i)
+          comparison.compare((*of_paths)[path].row(i), *number++, "paths");
   }
   return std::move(comparison).take();
 }
@@ -100,8 +102,10 @@ Confirmation confirmed_by(const PosteriorDraws& tempered, const PosteriorDraws& 
   compare_rows(draws.parameters.array().log(), tempered.parameters.array().log(), "parameters");
   for (std::size_t path = 0; path < draws.momenta.size(); ++path)
     compare_rows(draws.momenta[path], tempered.momenta[path], "momenta");
-  for (std::size_t path = 0; path < draws.ends.size(); ++path)
+  for (std::size_t path = 0; path < draws.ends.size(); ++path) {
     compare_rows(draws.ends[path], tempered.ends[path], "paths");
+    compare_rows(draws.middles[path], tempered.middles[path], "paths");
+  }
   return std::move(comparison).take();
 }
 

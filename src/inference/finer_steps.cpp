@@ -1,12 +1,15 @@
 #include "finer_steps.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "core/undefined.hpp"
+#include "core/factorisations.hpp"
 #include "normal_quantile.hpp"
 #include "posterior/shot_batch.hpp"
+#include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson::inference {
@@ -20,6 +23,13 @@ namespace {
 
 constexpr std::uint64_t kRefinements = 1ULL << 22U;
 constexpr double kNoLikelihood = -std::numeric_limits<double>::infinity();
+constexpr Index kInBlock = 16;
+constexpr int kDrawsForChoice = 2000;
+constexpr int kMostChosenSteps = 128;
+// Of the difference between steps and twice as many to that from the limit of fine steps: of a scheme of order 2, Σ 4⁻ʲ.
+constexpr double kOfLimit = 4.0 / 3;
+// Of the difference between half as many steps and these.
+constexpr double kHalf = 0.25;
 
 // An increment in two halves, whose difference is `normals`.
 VectorXd refined(const Specimen& specimen, const VectorXd& z, const VectorXd& normals) {
@@ -35,33 +45,32 @@ VectorXd refined(const Specimen& specimen, const VectorXd& z, const VectorXd& no
   return fine;
 }
 
-double log_likelihood(const Specimen& specimen, const Specimen::Model& model, const VectorXd& z) {
-  const posterior::ShotBatch::Ends ends = posterior::ShotBatch(specimen, model).ends(z);
-  if (ends.found.front() == 0) return kNoLikelihood;
-  const double value =
-      -0.5 * specimen.residual(model, ends.positions.col(0)).squaredNorm() - specimen.log_volume(model);
-  return std::isfinite(value) ? value : kNoLikelihood;
-}
-
 Estimate of_specimen(const ChainSetting& setting, const ThetaPoint& theta, std::size_t s, const Specimen& finer,
                      int draws) {
   const Specimen& specimen = setting.specimens[s];
   const Specimen::Model model = finer.model(setting.space.at(setting.reference.centre));
   const VectorXd& log_weights = setting.reference.log_weights[s];
   const VectorXd often = tilted(log_weights, setting.reference.components[s]);
+  const posterior::ShotBatch with_these(specimen, theta.models[s]), with_finer(finer, model);
   VectorXd coarse(draws), fine(draws);
-  parallel_for(draws, [&](int i) {
-    const auto number = static_cast<std::uint64_t>(i);
-    const std::size_t kind = 3 * s;
-    const std::size_t component =
-        drawn_component(often, normal_probability(drawn(setting.seed, kRefinements, number, kind, 1)[0]));
-    const VectorXd z = theta.linear[s][component].draw(
-        drawn(setting.seed, kRefinements, number, kind + 1, specimen.unknowns() + specimen.data()));
-    const double of_prior = log_weights[static_cast<Index>(component)] - often[static_cast<Index>(component)] -
-                            log_mixture_of(setting, s, theta, 1, z).value;
-    const VectorXd apart = drawn(setting.seed, kRefinements, number, kind + 2, specimen.unknowns());
-    coarse[i] = of_prior + log_likelihood(specimen, theta.models[s], z);
-    fine[i] = of_prior + log_likelihood(finer, model, refined(specimen, z, apart));
+  parallel_for(static_cast<int>((draws + kInBlock - 1) / kInBlock), [&](int block) {
+    const Index first = block * kInBlock, count = std::min<Index>(kInBlock, draws - first);
+    MatrixXd z(specimen.unknowns(), count), halved(finer.unknowns(), count);
+    VectorXd of_prior(count);
+    for (Index i = 0; i < count; ++i) {
+      const auto number = static_cast<std::uint64_t>(first + i);
+      const std::size_t kind = 3 * s;
+      const std::size_t component =
+          drawn_component(often, normal_probability(drawn(setting.seed, kRefinements, number, kind, 1)[0]));
+      z.col(i) = theta.linear[s][component].draw(
+          drawn(setting.seed, kRefinements, number, kind + 1, specimen.unknowns() + specimen.data()));
+      of_prior[i] = log_weights[static_cast<Index>(component)] - often[static_cast<Index>(component)] -
+                    log_mixture_of(setting, s, theta, 1, z.col(i)).value;
+      halved.col(i) =
+          refined(specimen, z.col(i), drawn(setting.seed, kRefinements, number, kind + 2, specimen.unknowns()));
+    }
+    coarse.segment(first, count) = of_prior + with_these.log_likelihoods(with_these.ends(z));
+    fine.segment(first, count) = of_prior + with_finer.log_likelihoods(with_finer.ends(halved));
   });
   const double largest = coarse.maxCoeff();
   if (!(largest > kNoLikelihood) || !(fine.maxCoeff() > kNoLikelihood)) return {kUndefined, kUndefined};
@@ -84,13 +93,64 @@ Estimate evidence_of_finer_steps(const ChainSetting& setting, const std::vector<
   return sum;
 }
 
-Specimen with_finer_steps(const PosteriorProblem& problem, std::size_t specimen) {
-  matching::MatchingProblem finer = problem.specimens[specimen];
-  finer.grid.steps *= 2;
-  std::vector<Branch> tree = problem.tree;
-  for (Branch& branch : tree) branch.grid.steps *= 2;
-  return problem.motions.empty() ? Specimen(std::move(finer), std::move(tree))
-                                 : Specimen(std::move(finer), problem.motions[specimen]);
+PosteriorProblem with_finer_steps(PosteriorProblem problem) {
+  for (matching::MatchingProblem& specimen : problem.specimens) specimen.grid.steps *= 2;
+  for (Branch& branch : problem.tree) branch.grid.steps *= 2;
+  return problem;
+}
+
+std::vector<Specimen> specimens_of(const PosteriorProblem& problem) {
+  std::vector<Specimen> specimens;
+  for (std::size_t i = 0; i < problem.specimens.size(); ++i)
+    if (problem.motions.empty())
+      specimens.emplace_back(problem.specimens[i], problem.tree);
+    else
+      specimens.emplace_back(problem.specimens[i], problem.motions[i]);
+  return specimens;
+}
+
+namespace {
+
+// Of twice as many steps; what the log evidence of the linear models is of both.
+struct OfSteps {
+  Estimate finer;
+  double laplace = 0;
+};
+
+OfSteps of_steps(const std::vector<Specimen>& specimens, const std::vector<Specimen>& finer,
+                 const ParameterSpace& space, std::uint64_t seed) {
+  Reference reference = make_reference(specimens, space, 1, seed);
+  const double laplace = reference.laplace_log_evidence;
+  defend(reference, specimens, space, 1);
+  const ChainSetting setting{specimens, space, reference, {}, seed};
+  return {evidence_of_finer_steps(setting, finer, kDrawsForChoice), laplace};
+}
+
+}  // namespace
+
+PosteriorProblem with_sufficient_steps(PosteriorProblem problem, std::uint64_t seed) {
+  const SerialBlas serial;
+  const ParameterSpace space(problem);
+  std::vector<Specimen> specimens = specimens_of(problem);
+  double laplace_before = kUndefined;
+  for (int steps = problem.specimens.front().grid.steps; 2 * steps <= kMostChosenSteps; steps *= 2) {
+    PosteriorProblem twice = with_finer_steps(problem);
+    std::vector<Specimen> finer = specimens_of(twice);
+    try {
+      const OfSteps found = of_steps(specimens, finer, space, seed);
+      // Where weighted draws do not determine it: the linear models of half as many steps and of these.
+      const double apart = found.finer.standard_error <= kStepError / 2
+                               ? std::abs(found.finer.value)
+                               : kHalf * std::abs(found.laplace - laplace_before);
+      if (kOfLimit * apart <= kStepError) return problem;
+      laplace_before = found.laplace;
+    } catch (const NumericalError&) {
+      // too few for these shapes
+    }
+    problem = std::move(twice);
+    specimens = std::move(finer);
+  }
+  return problem;
 }
 
 }  // namespace pulson::inference

@@ -10,7 +10,10 @@ namespace pulson::inference {
 /// @param finer the same specimens with twice as many steps
 Estimate evidence_of_finer_steps(const ChainSetting& setting, const std::vector<Specimen>& finer, int draws);
 
-/// The same specimen with twice as many steps.
-Specimen with_finer_steps(const PosteriorProblem& problem, std::size_t specimen);
+/// The same problem with twice as many steps.
+PosteriorProblem with_finer_steps(PosteriorProblem problem);
+
+/// The specimens of a problem.
+std::vector<Specimen> specimens_of(const PosteriorProblem& problem);
 
 }  // namespace pulson::inference

@@ -38,32 +38,25 @@ struct Weighted {
 Weighted draws_at(const ChainSetting& setting, std::size_t s, const ThetaPoint& theta, std::uint64_t number,
                   Index count) {
   const Specimen& specimen = setting.specimens[s];
-  const std::vector<LinearAt>& linear = theta.linear[s];
   const std::size_t kind = 2 * s + 2;
   const VectorXd& log_weights = setting.reference.log_weights[s];
   const VectorXd often = tilted(log_weights, setting.reference.components[s]);
-  MatrixXd z(specimen.unknowns(), count);
-  VectorXd part(count);
+  VectorXd uniforms(count);
+  MatrixXd normals(specimen.unknowns() + specimen.data(), count);
   for (Index i = 0; i < count; ++i) {
     const std::uint64_t draw = number * static_cast<std::uint64_t>(kInBlock) + static_cast<std::uint64_t>(i);
-    const double uniform = normal_probability(drawn(setting.seed, kImportanceChains, draw, kind, 1)[0]);
-    const std::size_t component = drawn_component(often, uniform);
-    part[i] = log_weights[static_cast<Index>(component)] - often[static_cast<Index>(component)];
-    z.col(i) = linear[component].draw(
-        drawn(setting.seed, kImportanceChains, draw, kind + 1, specimen.unknowns() + specimen.data()));
+    uniforms[i] = normal_probability(drawn(setting.seed, kImportanceChains, draw, kind, 1)[0]);
+    normals.col(i) = drawn(setting.seed, kImportanceChains, draw, kind + 1, normals.rows());
   }
-  const posterior::ShotBatch shots(specimen, theta.models[s]);
-  const posterior::ShotBatch::Ends ends = shots.ends(z);
-  const Index momenta = specimen.momentum_unknowns(), positions = ends.positions.rows();
-  Weighted made{VectorXd::Constant(count, kNoWeight), MatrixXd::Zero(momenta + positions, count)};
+  const SpecimenDraws draws = specimen_draws(setting, s, theta, 1, often, uniforms, normals);
+  const Index momenta = specimen.momentum_unknowns(), positions = draws.ends.positions.rows();
+  Weighted made{draws.log_weights, MatrixXd::Zero(momenta + 2 * positions, count)};
   for (Index i = 0; i < count; ++i) {
-    if (!ends.found[static_cast<std::size_t>(i)]) continue;
-    const VectorXd residual = specimen.residual(theta.models[s], ends.positions.col(i));
-    const double log_likelihood = -0.5 * residual.squaredNorm() - specimen.log_volume(theta.models[s]);
-    if (!std::isfinite(log_likelihood)) continue;
-    made.log_weights[i] = part[i] + log_likelihood - log_mixture_of(setting, s, theta, 1, z.col(i)).value;
-    if (momenta > 0) made.numbers.col(i).head(momenta) = specimen.momenta(theta.models[s], z.col(i)).reshaped();
-    made.numbers.col(i).tail(positions) = ends.positions.col(i);
+    if (!(made.log_weights[i] > kNoWeight)) continue;
+    const auto component = static_cast<Index>(draws.components[static_cast<std::size_t>(i)]);
+    made.log_weights[i] += log_weights[component] - often[component];
+    if (momenta > 0) made.numbers.col(i).head(momenta) = specimen.momenta(theta.models[s], draws.z.col(i)).reshaped();
+    made.numbers.col(i).tail(2 * positions) << draws.ends.positions.col(i), draws.ends.middles.col(i);
   }
   return made;
 }
@@ -165,7 +158,7 @@ ImportanceEstimate importance_estimate(const ChainSetting& setting, std::int64_t
   ImportanceEstimate estimate;
   estimate.effective = std::numeric_limits<double>::infinity();
   const auto numbers_of = [&](const Specimen& specimen) {
-    return specimen.momentum_unknowns() + specimen.problem().source.size() * std::ssize(specimen.branches());
+    return specimen.momentum_unknowns() + 2 * specimen.problem().source.size() * std::ssize(specimen.branches());
   };
   if (k == 0) {
     const ThetaPoint theta = make_theta(setting, setting.reference.centre, 1);

@@ -12,7 +12,7 @@ struct ImportanceEstimate {
   Estimate log_evidence{};
   double pareto_k = 0;            ///< of the weights, the greatest of the specimens where θ is held
   double effective = 0;           ///< (Σw)²/Σw², the least of the specimens
-  std::vector<Estimate> numbers;  ///< means of θ (as φ), then of p0 and q(T) of each specimen
+  std::vector<Estimate> numbers;  ///< means of θ (as φ), then of p0, q(T) and q(T/2) of each specimen
 };
 
 /// Importance sampling from the linear components of the reference, with which even a law that is far from all minima

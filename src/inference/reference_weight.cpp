@@ -11,6 +11,7 @@
 namespace pulson::inference {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
@@ -56,6 +57,12 @@ ThetaPoint make_theta(const ChainSetting& setting, const VectorXd& phi, double p
   return theta;
 }
 
+void LogMixture::join(double log_part) {
+  log_parts[0] = log_part;
+  const double larger = std::max(log_part, value);
+  value = larger + std::log(std::exp(log_part - larger) + std::exp(value - larger));
+}
+
 // Of one mode the linear models differ by σ alone, and so do their residuals.
 LogMixture log_mixture_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
                           const VectorXd& z, std::size_t first) {
@@ -85,10 +92,8 @@ LogWeight log_weight_of(const ChainSetting& setting, std::size_t specimen, const
   LogMixture mixture = log_mixture_of(setting, specimen, theta, power, z, setting.move.fits_data ? 1 : 0);
   if (setting.move.fits_data) {
     const posterior::ShotBatch shots(setting.specimens[specimen], theta.models[specimen], &linear.front());
-    mixture.log_parts[0] =
-        setting.reference.log_weights[specimen][0] + fitted_log_densities(shots, linear.front(), z, shot.residual)[0];
-    const double larger = std::max(mixture.log_parts[0], mixture.value);
-    mixture.value = larger + std::log(std::exp(mixture.log_parts[0] - larger) + std::exp(mixture.value - larger));
+    mixture.join(setting.reference.log_weights[specimen][0] +
+                 fitted_log_densities(shots, linear.front(), z, shot.residual)[0]);
     const VectorXd lacks = shot.residual - linear.front().apply(z);
     weight.kicked = -0.5 * lacks.dot(linear.front().solve(lacks));
   }
@@ -129,34 +134,106 @@ VectorXd tilted(const VectorXd& log_weights, const std::vector<Component>& compo
   return weights.array().log();
 }
 
-ReferenceDraw reference_draw(const ChainSetting& setting, std::uint64_t number) {
-  const std::uint64_t chain = kReferenceChains;
-  const Index k = setting.space.count();
-  try {
-    const VectorXd phi =
-        setting.reference.draw(drawn(setting.seed, chain, number, 0, k),
-                               normal_probability(drawn(setting.seed, chain, number, kWhetherWide, 1)[0]));
-    const ThetaPoint theta = make_theta(setting, phi, 1);
-    ReferenceDraw draw{log_standard_normal(phi) - setting.reference.log_density(phi)};
-    for (std::size_t i = 0; i < setting.specimens.size(); ++i) {
-      const Specimen& specimen = setting.specimens[i];
-      const VectorXd& log_weights = setting.reference.log_weights[i];
-      const VectorXd often =
-          setting.specimens.size() == 1 ? tilted(log_weights, setting.reference.components[i]) : log_weights;
-      const double uniform = normal_probability(drawn(setting.seed, chain, number, 2 * i + 1, 1)[0]);
-      const std::size_t component = drawn_component(often, uniform);
-      draw.log_part += log_weights[static_cast<Index>(component)] - often[static_cast<Index>(component)];
-      const auto z = draw_of(setting, i, theta, component,
-                             drawn(setting.seed, chain, number, 2 * i + 2, specimen.unknowns() + specimen.data()));
-      if (!z) return {kNoPath, draw.log_part};
-      const auto shot = specimen.shoot(theta.models[i], *z);
-      if (!shot) return {kNoPath, draw.log_part};
-      draw.log_weight += log_weight_of(setting, i, theta, 1, *z, *shot).value;
-    }
-    return draw;
-  } catch (const Error&) {
-    return {kNoPath};
+SpecimenDraws specimen_draws(const ChainSetting& setting, std::size_t s, const ThetaPoint& theta, double power,
+                             const VectorXd& often, const VectorXd& uniforms, const MatrixXd& normals) {
+  const Specimen& specimen = setting.specimens[s];
+  const std::vector<LinearAt>& linear = theta.linear[s];
+  const Index count = normals.cols();
+  const posterior::ShotBatch shots(specimen, theta.models[s], setting.move.fits_data ? &linear.front() : nullptr);
+  SpecimenDraws draws{{}, MatrixXd::Zero(specimen.unknowns(), count), {}, VectorXd::Constant(count, kNoPath)};
+  std::vector<Index> to_fit;
+  for (Index i = 0; i < count; ++i) {
+    const std::size_t component = drawn_component(often, uniforms[i]);
+    draws.components.push_back(component);
+    if (setting.is_fitted(component))
+      to_fit.push_back(i);
+    else
+      draws.z.col(i) = linear[component].draw(normals.col(i));
   }
+  std::vector<char> found(static_cast<std::size_t>(count), 1);
+  if (!to_fit.empty()) {
+    const posterior::FittedDraws fitted =
+        fitted_draws(shots, linear.front(), normals(Eigen::all, to_fit), kFitted);
+    for (std::size_t j = 0; j < to_fit.size(); ++j) {
+      found[static_cast<std::size_t>(to_fit[j])] = fitted.found[j];
+      if (fitted.found[j] != 0) draws.z.col(to_fit[j]) = fitted.z.col(static_cast<Index>(j));
+    }
+  }
+  draws.ends = shots.ends(draws.z);
+  const VectorXd log_likelihoods = shots.log_likelihoods(draws.ends);
+  std::vector<Index> with_path;
+  for (Index i = 0; i < count; ++i)
+    if (found[static_cast<std::size_t>(i)] != 0 && log_likelihoods[i] > kNoPath) with_path.push_back(i);
+  VectorXd densities;
+  if (setting.move.fits_data && !with_path.empty()) {
+    MatrixXd residuals(specimen.data(), std::ssize(with_path));
+    for (std::size_t j = 0; j < with_path.size(); ++j)
+      residuals.col(static_cast<Index>(j)) =
+          specimen.residual(theta.models[s], draws.ends.positions.col(with_path[j]));
+    densities = fitted_log_densities(shots, linear.front(), draws.z(Eigen::all, with_path), residuals);
+  }
+  for (std::size_t j = 0; j < with_path.size(); ++j) {
+    const Index i = with_path[j];
+    LogMixture mixture = log_mixture_of(setting, s, theta, power, draws.z.col(i), setting.move.fits_data ? 1 : 0);
+    if (setting.move.fits_data)
+      mixture.join(setting.reference.log_weights[s][0] + densities[static_cast<Index>(j)]);
+    const double log_weight = power * log_likelihoods[i] - mixture.value;
+    if (!std::isnan(log_weight)) draws.log_weights[i] = log_weight;
+  }
+  return draws;
+}
+
+namespace {
+
+// Adds those of one specimen at one θ.
+void add_draws(const ChainSetting& setting, const ThetaPoint& theta, std::size_t s, std::uint64_t first,
+               ReferenceDraws& to) {
+  const VectorXd& log_weights = setting.reference.log_weights[s];
+  const VectorXd often =
+      setting.specimens.size() == 1 ? tilted(log_weights, setting.reference.components[s]) : log_weights;
+  const Index count = to.log_weights.size(), size = setting.specimens[s].unknowns() + setting.specimens[s].data();
+  VectorXd uniforms(count);
+  MatrixXd normals(size, count);
+  for (Index i = 0; i < count; ++i) {
+    const std::uint64_t number = first + static_cast<std::uint64_t>(i);
+    uniforms[i] = normal_probability(drawn(setting.seed, kReferenceChains, number, 2 * s + 1, 1)[0]);
+    normals.col(i) = drawn(setting.seed, kReferenceChains, number, 2 * s + 2, size);
+  }
+  const SpecimenDraws draws = specimen_draws(setting, s, theta, 1, often, uniforms, normals);
+  to.log_weights += draws.log_weights;
+  for (Index i = 0; i < count; ++i) {
+    const auto component = static_cast<Index>(draws.components[static_cast<std::size_t>(i)]);
+    to.log_parts[i] += log_weights[component] - often[component];
+  }
+}
+
+}  // namespace
+
+ReferenceDraws reference_draws(const ChainSetting& setting, std::uint64_t first, Index count) {
+  ReferenceDraws draws{VectorXd::Zero(count), VectorXd::Zero(count)};
+  const Index k = setting.space.count();
+  if (k == 0) {
+    const ThetaPoint theta = make_theta(setting, {}, 1);
+    for (std::size_t s = 0; s < setting.specimens.size(); ++s) add_draws(setting, theta, s, first, draws);
+    return draws;
+  }
+  for (Index i = 0; i < count; ++i) {
+    const std::uint64_t number = first + static_cast<std::uint64_t>(i);
+    ReferenceDraws one{VectorXd::Zero(1), VectorXd::Zero(1)};
+    try {
+      const VectorXd phi =
+          setting.reference.draw(drawn(setting.seed, kReferenceChains, number, 0, k),
+                                 normal_probability(drawn(setting.seed, kReferenceChains, number, kWhetherWide, 1)[0]));
+      const ThetaPoint theta = make_theta(setting, phi, 1);
+      one.log_weights[0] = log_standard_normal(phi) - setting.reference.log_density(phi);
+      for (std::size_t s = 0; s < setting.specimens.size(); ++s) add_draws(setting, theta, s, number, one);
+    } catch (const Error&) {
+      one = {VectorXd::Constant(1, kNoPath), VectorXd::Zero(1)};
+    }
+    draws.log_weights[i] = one.log_weights[0];
+    draws.log_parts[i] = one.log_parts[0];
+  }
+  return draws;
 }
 
 }  // namespace pulson::inference

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "posterior/shot_batch.hpp"
 #include "reference.hpp"
 
 namespace pulson::inference {
@@ -57,17 +58,37 @@ struct LogMixture {
   double value = 0;
   Eigen::VectorXd log_parts;  ///< log a_c g_c; −∞ of those before the first
   std::vector<Eigen::VectorXd> residuals;
+
+  /// Takes in the first component, of which the sum has nothing yet.
+  void join(double log_part);
 };
 LogMixture log_mixture_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
                           const Eigen::VectorXd& z, std::size_t first = 0);
 
-/// An independent draw of the reference. Of one specimen the wide components are drawn more often than they weigh, as
-/// what they find is rare and costs one path.
-struct ReferenceDraw {
-  double log_weight;    ///< −∞ without a path
-  double log_part = 0;  ///< of the weight of its component over how often it is drawn
+/// Independent draws of a specimen from the components of its reference, weighed.
+struct SpecimenDraws {
+  std::vector<std::size_t> components;
+  Eigen::MatrixXd z;
+  posterior::ShotBatch::Ends ends;
+  Eigen::VectorXd log_weights;  ///< −∞ without a path
 };
-ReferenceDraw reference_draw(const ChainSetting& setting, std::uint64_t number);
+
+/// So many of them as there are columns, shot in vector lanes where there are any.
+/// @param often the logarithms of the components' probabilities @param uniforms in (0, 1), by which these are chosen
+/// @param normals standard normal numbers, a column each
+SpecimenDraws specimen_draws(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
+                             const Eigen::VectorXd& often, const Eigen::VectorXd& uniforms,
+                             const Eigen::MatrixXd& normals);
+
+/// Independent draws of the reference. Of one specimen the wide components are drawn more often than they weigh, as
+/// what they find is rare and costs one path.
+struct ReferenceDraws {
+  Eigen::VectorXd log_weights;  ///< −∞ without a path
+  Eigen::VectorXd log_parts;    ///< of the weight of its component over how often it is drawn
+};
+
+/// So many of them, by their numbers, all at once. Where θ is held they are shot in vector lanes where there are any.
+ReferenceDraws reference_draws(const ChainSetting& setting, std::uint64_t first, Eigen::Index count);
 
 /// How often components are drawn where the wide ones are half of all: log b_c.
 Eigen::VectorXd tilted(const Eigen::VectorXd& log_weights, const std::vector<Component>& components);

@@ -345,7 +345,11 @@ std::optional<Confirmation> confirm(const ChainSetting& setting, const Reference
     tempered.on_state = [&](const std::function<std::string()>&) {
       return options.on_state([&] { return run.state; });
     };
-  const std::int64_t of_iteration = std::ssize(specimens) * (2 + (space.count() > 0 ? kThetaMoves : 0));
+  std::int64_t of_iteration = 0;
+  const ThetaPoint centre = make_theta(setting, reference.centre, 1);
+  for (std::size_t s = 0; s < specimens.size(); ++s)
+    of_iteration += 1 + posterior::ShotBatch(specimens[s], centre.models[s]).at_once() +
+                    (space.count() > 0 ? kThetaMoves : 0);
   const auto iterations =
       static_cast<int>(of_cost * draws.path_evaluations / (of_iteration * kCheckTemperatures * options.chains));
   tempered.warmup = iterations / 3;
@@ -367,12 +371,7 @@ PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOp
     throw InputError(fmt::format("the method '{}' has no tempered posteriors; with several temperatures take another",
                                  options.method));
   const ParameterSpace space(problem);
-  std::vector<Specimen> specimens;
-  for (std::size_t i = 0; i < problem.specimens.size(); ++i)
-    if (problem.motions.empty())
-      specimens.emplace_back(problem.specimens[i], problem.tree);
-    else
-      specimens.emplace_back(problem.specimens[i], problem.motions[i]);
+  const std::vector<Specimen> specimens = specimens_of(problem);
   Reference reference = make_reference(specimens, space, options.searches, options.seed);
   put_best_first(reference);
   ChainsRun run = run_chains(specimens, space, reference, options, start);
@@ -388,8 +387,7 @@ PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOp
   draws.confirmation = *confirmation;
   if (draws.confirmation.by != Confirmation::By::kNothing)
     draws.log_evidence.standard_error = std::hypot(draws.log_evidence.standard_error, draws.confirmation.difference);
-  std::vector<Specimen> finer;
-  for (std::size_t i = 0; i < specimens.size(); ++i) finer.push_back(with_finer_steps(problem, i));
+  const std::vector<Specimen> finer = specimens_of(with_finer_steps(problem));
   const auto steps_draws = static_cast<int>(
       std::clamp<std::int64_t>(draws.path_evaluations / kPathsForSteps, kFewestForSteps, kMostForSteps));
   draws.of_finer_steps = evidence_of_finer_steps(setting, finer, steps_draws);

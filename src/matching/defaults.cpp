@@ -15,6 +15,7 @@ std::vector<TaskDefaults> make_table() {
   TaskDefaults posterior = pair;
   posterior.task = "sample, one target";
   posterior.integrator = heun;
+  posterior.steps = {"auto", "so many that log p(y) is within 0.02 of the limit of fine steps"};
   TaskDefaults cohort = posterior;
   cohort.task = "sample, several targets";
   cohort.kernel = {"auto:alpha=fit", "several shapes determine its width"};

@@ -141,7 +141,7 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
   const bool moves_positions = has_kicks && traits.moves_positions();
   const bool moves_momenta = has_kicks && traits.moves_momenta;
   const auto lane_size = static_cast<std::size_t>(lanes);
-  std::vector<double> ends(static_cast<std::size_t>(size) * lane_size), found(lane_size);
+  std::vector<double> ends(static_cast<std::size_t>(size) * lane_size), middles(ends.size()), found(lane_size);
   std::vector<double> slopes(with == With::kProducts ? static_cast<std::size_t>(n * n) * lane_size : 0);
   const auto rows_of_lanes = static_cast<std::size_t>(with == With::kSlopes ? size : 0) * lane_size;
   const auto of_all = [&](Index height) {
@@ -178,6 +178,7 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
   arguments.by_p = by_p_.data();
   arguments.by_start = by_start_.data();
   arguments.ends = ends.data();
+  arguments.middles = middles.data();
   arguments.found = found.data();
   arguments.slopes = with == With::kProducts ? slopes.data() : nullptr;
   arguments.rows_by_q = rows.by_q.data();
@@ -186,7 +187,11 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
   arguments.rows_by_weights = rows.by_weights.data();
   arguments.workspace = &workspace;
   HWY_DYNAMIC_DISPATCH(ShootLanes)(arguments);
-  Shots shots{of_lanes(ends, size, z.cols(), lanes), std::vector<char>(static_cast<std::size_t>(z.cols())), {}, {}};
+  Shots shots{of_lanes(ends, size, z.cols(), lanes),
+              of_lanes(middles, size, z.cols(), lanes),
+              std::vector<char>(static_cast<std::size_t>(z.cols())),
+              {},
+              {}};
   for (std::size_t l = 0; l < shots.found.size(); ++l) shots.found[l] = found[l] != 0 ? 1 : 0;
   for (Index l = 0; with == With::kSlopes && l < z.cols(); ++l) shots.slopes.push_back(slopes_of(rows, l));
   for (Index l = 0; with == With::kProducts && l < z.cols(); ++l) {

@@ -35,6 +35,7 @@ struct LaneShotArguments {
   const double* by_start = nullptr;    ///< dN×rows
   const double* by_weights = nullptr;  ///< Fd×rows each, of steps
   double* ends = nullptr;              ///< dN, of lanes
+  double* middles = nullptr;           ///< dN, of lanes
   double* found = nullptr;             ///< 1 or 0, of lanes
   double* slopes = nullptr;            ///< rows×rows, of lanes; or null, and what follows
   double* rows_by_q = nullptr;         ///< dN×rows each, of steps and lanes: the rows' derivatives by the kicks,
@@ -61,6 +62,7 @@ class LaneShots {
   /// Of up to lanes() unknowns at once, U×L.
   struct Shots {
     Eigen::MatrixXd ends;     ///< q(T), dN×L
+    Eigen::MatrixXd middles;  ///< q(T/2), dN×L
     std::vector<char> found;  ///< whether each has a path
     /// What was asked for, of each.
     std::vector<Eigen::MatrixXd> products;  ///< J(z)Jᵀ, n×n

@@ -91,7 +91,9 @@ class LaneShooter {
     }
     for (int k = 0; k < g_.steps; ++k) Step(k);
     const double* end = node(q_, g_.steps);
+    const double* middle = node(q_, (g_.steps + 1) / 2);
     for (int i = 0; i < m_; ++i) Put(At(end, i), g_.ends, i);
+    for (int i = 0; i < m_; ++i) Put(At(middle, i), g_.middles, i);
     Vector all = hn::Zero(Tag());
     for (int i = 0; i < m_; ++i) all = hn::Add(all, hn::Add(At(end, i), At(p_, i)));
     const Flags finite = hn::Lt(hn::Abs(all), Constant(1e300));

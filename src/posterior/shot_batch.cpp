@@ -1,6 +1,8 @@
 #include "shot_batch.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "lane_shots.hpp"
 
@@ -34,11 +36,13 @@ Index ShotBatch::at_once() const { return lanes_ ? LaneShots::lanes() : 1; }
 
 ShotBatch::Ends ShotBatch::ends(const MatrixXd& z) const {
   const Index size = specimen_.problem().source.size();
-  Ends ends{MatrixXd::Zero(size * std::ssize(specimen_.branches()), z.cols()), {}};
+  Ends ends{MatrixXd::Zero(size * std::ssize(specimen_.branches()), z.cols()), {}, {}};
+  ends.middles = ends.positions;
   if (lanes_) {
     for_each_group(z.cols(), [&](Index first, Index count) {
       const LaneShots::Shots shots = lanes_->shoot(z.middleCols(first, count), LaneShots::With::kNothing);
       ends.positions.middleCols(first, count) = shots.ends;
+      ends.middles.middleCols(first, count) = shots.middles;
       ends.found.insert(ends.found.end(), shots.found.begin(), shots.found.end());
     });
     return ends;
@@ -46,10 +50,26 @@ ShotBatch::Ends ShotBatch::ends(const MatrixXd& z) const {
   for (Index l = 0; l < z.cols(); ++l) {
     const auto paths = specimen_.paths(model_, z.col(l));
     ends.found.push_back(paths ? 1 : 0);
-    for (std::size_t b = 0; paths && b < paths->size(); ++b)
-      ends.positions.col(l).segment(static_cast<Index>(b) * size, size) = (*paths)[b].final().q.reshaped();
+    for (std::size_t b = 0; paths && b < paths->size(); ++b) {
+      const auto place = Eigen::seqN(static_cast<Index>(b) * size, size);
+      ends.positions(place, l) = (*paths)[b].final().q.reshaped();
+      const std::vector<PhaseState>& states = (*paths)[b].states;
+      ends.middles(place, l) = states[states.size() / 2].q.reshaped();
+    }
   }
   return ends;
+}
+
+Eigen::VectorXd ShotBatch::log_likelihoods(const Ends& ends) const {
+  constexpr double kNone = -std::numeric_limits<double>::infinity();
+  const double volume = specimen_.log_volume(model_);
+  Eigen::VectorXd logs = Eigen::VectorXd::Constant(ends.positions.cols(), kNone);
+  for (Index l = 0; l < logs.size(); ++l) {
+    if (ends.found[static_cast<std::size_t>(l)] == 0) continue;
+    const double value = -0.5 * specimen_.residual(model_, ends.positions.col(l)).squaredNorm() - volume;
+    if (std::isfinite(value)) logs[l] = value;
+  }
+  return logs;
 }
 
 std::vector<Specimen::Slopes> ShotBatch::slopes(const MatrixXd& z) const {

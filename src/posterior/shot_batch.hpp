@@ -26,9 +26,12 @@ class ShotBatch {
 
   struct Ends {
     Eigen::MatrixXd positions;  ///< q(T), of a tree those of each branch, one after the other
+    Eigen::MatrixXd middles;    ///< q(T/2), the same
     std::vector<char> found;    ///< whether each has a path; without one its column says nothing
   };
   Ends ends(const Eigen::MatrixXd& z) const;
+  /// log p(y | z, θ) of each; −∞ without a path.
+  Eigen::VectorXd log_likelihoods(const Ends& ends) const;
 
   /// The derivatives of each; of no size without a path.
   std::vector<Specimen::Slopes> slopes(const Eigen::MatrixXd& z) const;

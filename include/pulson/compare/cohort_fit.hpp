@@ -22,6 +22,8 @@ struct Cohort {
   /// Of the landmarks of each target, N: σ²/w is the variance of their error, in every model, and 0 as if they were
   /// missing. Empty: all 1.
   std::vector<Eigen::VectorXd> weights{};
+  /// Whether the source is the mean of the targets: then their likelihood is the restricted one, see fit_cohort().
+  bool about_own_mean = false;
 
   /// Of one target; of no size where all are 1.
   Eigen::VectorXd weights_of(std::size_t target) const { return weights.empty() ? Eigen::VectorXd() : weights[target]; }
@@ -102,7 +104,8 @@ struct CohortFit {
   double sigma = 0;  ///< of an observed coordinate, length units
   std::vector<FittedNumber> fitted;
   std::vector<ShapeFit> shapes;
-  double log_evidence = 0, laplace = 0;      ///< summed over the shapes
+  double log_evidence = 0, laplace = 0;      ///< summed over the shapes, and of_own_mean
+  double of_own_mean = 0;                    ///< what integrating over the mean adds, where the source is that
   double sampling_error = 0;                 ///< standard error of the first by the samples
   double effective_part = 1;                 ///< smallest effective fraction of the samples over the shapes
   std::optional<SampledEvidence> sampled{};  ///< where it was asked for: then log_evidence is that
@@ -133,7 +136,9 @@ struct CohortFit {
 ///
 ///     t = r + Jz*,  C = I + JJᵀ,   log p(y) ≈ −½ tᵀC⁻¹t − ½ log det C − n log(√(2π) σ),
 ///
-/// which is the evidence of the model linear about z*. J is rescaled exactly in λ, σ and amplitudes, so that for
+/// which is the evidence of the model linear about z*. Of shapes about their own mean, of which S − 1 are independent,
+/// the evidence is integrated over the mean with a flat prior, to first order: restricted likelihood (REML; H. Patterson
+/// and R. Thompson 1971), of S complete shapes ½ log det C at rest more. J is rescaled exactly in λ, σ and amplitudes, so that for
 /// matches held fixed their values of greatest evidence are found at no further path; matches and numbers are updated
 /// in turn until they converge (M. Lindstrom and D. Bates 1990). From there, and from some levels of noise, Newton's
 /// method maximises the evidence itself: that of draws which fit perturbed data, with the same random numbers at any

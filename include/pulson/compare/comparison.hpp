@@ -145,6 +145,7 @@ struct RecoveryOptions {
   std::uint64_t seed = 1;
   /// Called after each cohort, for progress; from one thread at a time.
   std::function<void(int done, int all)> on_cohort{};
+  bool about_own_mean = false;  ///< whether each cohort is compared with its own mean, and not with the source
 };
 
 /// What one candidate made of one cohort.

@@ -70,6 +70,14 @@ PosteriorProblem make_tree_problem(const Landmarks& source, const std::vector<Tr
                                    const std::vector<Landmarks>& shapes, matching::RegistrationOptions options,
                                    const std::vector<std::string>& parameters);
 
+/// By how much log p(y) may be from the limit of fine steps where the steps are chosen, nats.
+inline constexpr double kStepError = 0.02;
+
+/// The same problem with so many steps that log p(y) is within kStepError of the limit of fine steps: those that it has
+/// are doubled until weighted draws find it so (see PosteriorDraws::of_finer_steps), or the linear models where draws do
+/// not determine it, up to 128.
+PosteriorProblem with_sufficient_steps(PosteriorProblem problem, std::uint64_t seed = 1);
+
 /// How a chain moves in the whitened coordinates of the Gauss–Newton Gaussian.
 struct MoveKind {
   bool uses_gradient = false;    ///< trajectories of a quarter turn with kicks; else one rotation without
@@ -110,7 +118,7 @@ struct Confirmation {
   By by = By::kNothing;         ///< kNothing: neither weighted draws nor tempered chains of the same cost determine it
   Estimate log_evidence{};      ///< log p(y) of it
   double difference = 0;        ///< log p(y) of the chains, less that
-  double furthest = 0;          ///< the greatest difference of evidence, θ, p0, q(T), in standard errors
+  double furthest = 0;          ///< the greatest difference of evidence, θ and paths, in standard errors
   double furthest_allowed = 0;  ///< exceeded by chance once in 500
   std::string furthest_of;
   bool agrees = false;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "cohort_model.hpp"
 
 namespace pulson::compare {
@@ -8,9 +10,10 @@ namespace pulson::compare {
 /// models linear about the matches at another place x; 0 where both together are not detectable.
 double noise_share(const CohortModel& cohort, const Matches& about, const Eigen::VectorXd& x);
 
-/// The upper end of the interval of 90 % of that share: where the evidence of the linear models, with an amplitude held
-/// and the other numbers at their best, has fallen by drop_of_ninety(). The greatest over the amplitudes; 0 where none
-/// is fitted.
-double greatest_noise_share(const CohortModel& cohort, const Matches& about);
+/// The same where an amplitude is at the upper end of its interval of 90 %, which is the evidence's own (that of the
+/// linear models is at a quarter to nine tenths of the share, in 20 fits of ten ovals), or as great as it can be where
+/// the end is not known. The greatest over the amplitudes; 0 where none is fitted.
+/// @param about at x of the fit @param fitted the numbers of cohort.open()
+double greatest_noise_share(const CohortModel& cohort, const Matches& about, const std::vector<FittedNumber>& fitted);
 
 }  // namespace pulson::compare

@@ -114,9 +114,8 @@ struct CohortFit {
   /// Fraction of the variance of the end points, linearised about the matches, due to the noise: tr Σ_noise/(tr Σ_noise
   /// + tr Σ_momenta); 0 where the sum is below a millionth of σ² per coordinate, and nothing but σ is detectable.
   double noise_share = 0;
-  /// The upper end of the interval of 90 % of that: where the evidence of the models linear about the matches, with an
-  /// amplitude of the noise held and the other numbers at their best, falls as for an interval. Noise up to there is
-  /// not excluded. 0 where no amplitude is fitted.
+  /// The same with an amplitude of the noise at the upper end of its interval of 90 %: noise up to there is not
+  /// excluded. The greatest over the amplitudes; 0 where none is fitted.
   double greatest_noise_share = 0;
 
   /// Minus half of Schwarz's criterion: log_evidence − (k/2) log n for k fitted numbers and n shapes, which are the

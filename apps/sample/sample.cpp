@@ -30,8 +30,6 @@ const std::vector<std::string> kSamplePictures = {"paths", "chains"};
 // Exchanges so rare do not bring points of the prior to the posterior.
 constexpr double kRareExchange = 0.2;
 
-constexpr double kStepError = 0.02;  // nats of the evidence that halving the steps may change
-
 // What leads out of tails and to other minima.
 constexpr const char* kTempering = "--method pcn --temperatures 8";
 
@@ -84,7 +82,7 @@ std::vector<std::string> warnings_of(const PosteriorSummary& summary, const infe
   else if (summary.heavy_tail)
     warnings.push_back(tail_warning(draws));
   const Estimate& finer = draws.of_finer_steps;
-  if (std::abs(finer.value) - 2 * finer.standard_error > kStepError)
+  if (std::abs(finer.value) - 2 * finer.standard_error > inference::kStepError)
     warnings.push_back(
         fmt::format("the steps are long: with twice as many log p(y) is {:+.3f} ± {:.2g} from here; take --steps {}",
                     finer.value, finer.standard_error, 2 * steps));

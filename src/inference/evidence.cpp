@@ -21,7 +21,6 @@ constexpr double kSettled = 1e-10;
 // Draws of the reference: as many as take about an eighth of the chains' time, an adjoint being worth a path.
 constexpr int kMostReference = 50000, kFewestReference = 100;
 constexpr int kPathsForOne = 8;
-constexpr int kInBlock = 64;
 constexpr double kFewestShared = 4;  // draws of the one law that come to where those of the other are
 
 // Variance of numbers of mean 0.
@@ -97,8 +96,8 @@ BridgedEvidence bridge_log_evidence(const ChainSetting& setting, const Posterior
   const std::int64_t worth = draws.path_evaluations * (setting.move.uses_gradient ? 2 : 1);
   const auto count = static_cast<int>(std::clamp<std::int64_t>(worth / kPathsForOne, kFewestReference, kMostReference));
   VectorXd reference(count), parts(count);
-  parallel_for((count + kInBlock - 1) / kInBlock, [&](int block) {
-    const Index first = Index{block} * kInBlock, some = std::min<Index>(kInBlock, count - first);
+  parallel_for((count + kBlockOfDraws - 1) / kBlockOfDraws, [&](int block) {
+    const Index first = Index{block} * kBlockOfDraws, some = std::min<Index>(kBlockOfDraws, count - first);
     const ReferenceDraws drawn = reference_draws(setting, static_cast<std::uint64_t>(first), some);
     reference.segment(first, some) = drawn.log_weights;
     parts.segment(first, some) = drawn.log_parts.array().exp();

@@ -23,13 +23,16 @@ namespace {
 
 constexpr std::uint64_t kRefinements = 1ULL << 22U;
 constexpr double kNoLikelihood = -std::numeric_limits<double>::infinity();
-constexpr Index kInBlock = 16;
-constexpr int kDrawsForChoice = 2000;
-constexpr int kMostChosenSteps = 128;
-// Of the difference between steps and twice as many to that from the limit of fine steps: of a scheme of order 2, Σ 4⁻ʲ.
-constexpr double kOfLimit = 4.0 / 3;
-// Of the difference between half as many steps and these.
-constexpr double kHalf = 0.25;
+// Of weighted draws, where it is not known to a quarter of kStepError before; in vector lanes four cost about one path.
+constexpr std::int64_t kFirstDraws = 1000, kMoreDraws = 4;
+constexpr std::int64_t kMostDraws = 8000, kMostLaneDraws = 64000;
+constexpr int kMostSteps = 128;
+// Of the difference between steps and twice as many, the distance from the limit of fine steps and the next difference:
+// of a scheme of order 2, Σ 4⁻ʲ, as that of noise that is additive, and of order 1, Σ 2⁻ʲ.
+struct Order {
+  double to_limit = 4.0 / 3, next = 0.25;
+};
+constexpr Order kOfAdditive{}, kOfOthers{2, 0.5};
 
 // An increment in two halves, whose difference is `normals`.
 VectorXd refined(const Specimen& specimen, const VectorXd& z, const VectorXd& normals) {
@@ -46,15 +49,15 @@ VectorXd refined(const Specimen& specimen, const VectorXd& z, const VectorXd& no
 }
 
 Estimate of_specimen(const ChainSetting& setting, const ThetaPoint& theta, std::size_t s, const Specimen& finer,
-                     int draws) {
+                     std::int64_t draws) {
   const Specimen& specimen = setting.specimens[s];
   const Specimen::Model model = finer.model(setting.space.at(setting.reference.centre));
   const VectorXd& log_weights = setting.reference.log_weights[s];
   const VectorXd often = tilted(log_weights, setting.reference.components[s]);
   const posterior::ShotBatch with_these(specimen, theta.models[s]), with_finer(finer, model);
   VectorXd coarse(draws), fine(draws);
-  parallel_for(static_cast<int>((draws + kInBlock - 1) / kInBlock), [&](int block) {
-    const Index first = block * kInBlock, count = std::min<Index>(kInBlock, draws - first);
+  parallel_for(static_cast<int>((draws + kBlockOfDraws - 1) / kBlockOfDraws), [&](int block) {
+    const Index first = block * kBlockOfDraws, count = std::min<Index>(kBlockOfDraws, draws - first);
     MatrixXd z(specimen.unknowns(), count), halved(finer.unknowns(), count);
     VectorXd of_prior(count);
     for (Index i = 0; i < count; ++i) {
@@ -82,11 +85,18 @@ Estimate of_specimen(const ChainSetting& setting, const ThetaPoint& theta, std::
 
 }  // namespace
 
-Estimate evidence_of_finer_steps(const ChainSetting& setting, const std::vector<Specimen>& finer, int draws) {
+Estimate evidence_of_finer_steps(const ChainSetting& setting, const std::vector<Specimen>& finer, std::int64_t most) {
   const ThetaPoint theta = make_theta(setting, setting.reference.centre, 1);
+  const double accuracy = kStepError / 4 / std::sqrt(static_cast<double>(finer.size()));
   Estimate sum;
   for (std::size_t s = 0; s < finer.size(); ++s) {
-    const Estimate one = of_specimen(setting, theta, s, finer[s], draws);
+    const bool lanes = posterior::ShotBatch(finer[s], theta.models[s]).at_once() > 1;
+    const std::int64_t most_of_one = std::min(most, lanes ? kMostLaneDraws : kMostDraws);
+    Estimate one{kUndefined, kUndefined};
+    for (std::int64_t draws = std::min(kFirstDraws, most_of_one); draws <= most_of_one; draws *= kMoreDraws) {
+      one = of_specimen(setting, theta, s, finer[s], draws);
+      if (one.standard_error <= accuracy) break;
+    }
     sum.value += one.value;
     sum.standard_error = std::hypot(sum.standard_error, one.standard_error);
   }
@@ -111,7 +121,7 @@ std::vector<Specimen> specimens_of(const PosteriorProblem& problem) {
 
 namespace {
 
-// Of twice as many steps; what the log evidence of the linear models is of both.
+// Of twice as many steps, and the log evidence of the linear models.
 struct OfSteps {
   Estimate finer;
   double laplace = 0;
@@ -123,7 +133,7 @@ OfSteps of_steps(const std::vector<Specimen>& specimens, const std::vector<Speci
   const double laplace = reference.laplace_log_evidence;
   defend(reference, specimens, space, 1);
   const ChainSetting setting{specimens, space, reference, {}, seed};
-  return {evidence_of_finer_steps(setting, finer, kDrawsForChoice), laplace};
+  return {evidence_of_finer_steps(setting, finer, kMostLaneDraws), laplace};
 }
 
 }  // namespace
@@ -131,9 +141,10 @@ OfSteps of_steps(const std::vector<Specimen>& specimens, const std::vector<Speci
 PosteriorProblem with_sufficient_steps(PosteriorProblem problem, std::uint64_t seed) {
   const SerialBlas serial;
   const ParameterSpace space(problem);
+  const Order order = problem.specimens.front().system.noise->traits().additive ? kOfAdditive : kOfOthers;
   std::vector<Specimen> specimens = specimens_of(problem);
   double laplace_before = kUndefined;
-  for (int steps = problem.specimens.front().grid.steps; 2 * steps <= kMostChosenSteps; steps *= 2) {
+  for (int steps = problem.specimens.front().grid.steps; 2 * steps <= kMostSteps; steps *= 2) {
     PosteriorProblem twice = with_finer_steps(problem);
     std::vector<Specimen> finer = specimens_of(twice);
     try {
@@ -141,11 +152,11 @@ PosteriorProblem with_sufficient_steps(PosteriorProblem problem, std::uint64_t s
       // Where weighted draws do not determine it: the linear models of half as many steps and of these.
       const double apart = found.finer.standard_error <= kStepError / 2
                                ? std::abs(found.finer.value)
-                               : kHalf * std::abs(found.laplace - laplace_before);
-      if (kOfLimit * apart <= kStepError) return problem;
+                               : order.next * std::abs(found.laplace - laplace_before);
+      if (order.to_limit * apart <= kStepError) return problem;
       laplace_before = found.laplace;
     } catch (const NumericalError&) {
-      // too few for these shapes
+      laplace_before = kUndefined;  // too few for these shapes
     }
     problem = std::move(twice);
     specimens = std::move(finer);

@@ -23,7 +23,6 @@ namespace {
 constexpr std::uint64_t kImportanceChains = 1ULL << 21U;
 constexpr double kNoWeight = -std::numeric_limits<double>::infinity();
 constexpr Index kAtOneTheta = 8;         // draws of a specimen, as many as the widest vectors have lanes
-constexpr Index kInBlock = 64;           // where θ is held
 constexpr Index kFirst = 4096;           // draws after which it is known whether more are of use
 constexpr double kOfUse = 40;            // effective draws of the first: a hundredth of them
 constexpr Index kMostNumbers = 1 << 22;  // kept, of all draws
@@ -44,7 +43,7 @@ Weighted draws_at(const ChainSetting& setting, std::size_t s, const ThetaPoint& 
   VectorXd uniforms(count);
   MatrixXd normals(specimen.unknowns() + specimen.data(), count);
   for (Index i = 0; i < count; ++i) {
-    const std::uint64_t draw = number * static_cast<std::uint64_t>(kInBlock) + static_cast<std::uint64_t>(i);
+    const std::uint64_t draw = number * static_cast<std::uint64_t>(kBlockOfDraws) + static_cast<std::uint64_t>(i);
     uniforms[i] = normal_probability(drawn(setting.seed, kImportanceChains, draw, kind, 1)[0]);
     normals.col(i) = drawn(setting.seed, kImportanceChains, draw, kind + 1, normals.rows());
   }
@@ -78,7 +77,7 @@ Mean joint_draw(const ChainSetting& setting, std::uint64_t number, Index numbers
   const Index k = setting.space.count();
   Mean joint{0, VectorXd::Zero(numbers)};
   try {
-    const std::uint64_t draw = number * static_cast<std::uint64_t>(kInBlock);
+    const std::uint64_t draw = number * static_cast<std::uint64_t>(kBlockOfDraws);
     const VectorXd phi =
         setting.reference.draw(drawn(setting.seed, kImportanceChains, draw, 0, k),
                                normal_probability(drawn(setting.seed, kImportanceChains, draw, 1, 1)[0]));
@@ -164,8 +163,8 @@ ImportanceEstimate importance_estimate(const ChainSetting& setting, std::int64_t
     const ThetaPoint theta = make_theta(setting, setting.reference.centre, 1);
     const double each = accuracy / std::sqrt(static_cast<double>(setting.specimens.size()));
     for (std::size_t s = 0; s < setting.specimens.size(); ++s)
-      add(collect(kInBlock, numbers_of(setting.specimens[s]), most, each,
-                  [&](std::uint64_t number) { return draws_at(setting, s, theta, number, kInBlock); }),
+      add(collect(kBlockOfDraws, numbers_of(setting.specimens[s]), most, each,
+                  [&](std::uint64_t number) { return draws_at(setting, s, theta, number, kBlockOfDraws); }),
           estimate);
     return estimate;
   }

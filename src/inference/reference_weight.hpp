@@ -65,6 +65,9 @@ struct LogMixture {
 LogMixture log_mixture_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
                           const Eigen::VectorXd& z, std::size_t first = 0);
 
+/// Draws that are made together where θ is held: some groups of vector lanes.
+inline constexpr int kBlockOfDraws = 64;
+
 /// Independent draws of a specimen from the components of its reference, weighed.
 struct SpecimenDraws {
   std::vector<std::size_t> components;

@@ -264,8 +264,7 @@ namespace {
 constexpr int kCheckTemperatures = 8;
 constexpr double kCheckAccuracy = 0.01;  // of the log evidence, or half of the chains' error
 constexpr int kFewestCheckDraws = 200;
-// Each takes three paths' time.
-constexpr int kPathsForSteps = 30, kFewestForSteps = 200, kMostForSteps = 4000;
+constexpr int kPathsForSteps = 3, kFewestForSteps = 1000;  // of weighted draws, each of which takes three paths
 constexpr std::uint64_t kCheckSeed = 0x9e3779b97f4a7c15ULL;
 
 struct ChainsRun {
@@ -388,9 +387,8 @@ PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOp
   if (draws.confirmation.by != Confirmation::By::kNothing)
     draws.log_evidence.standard_error = std::hypot(draws.log_evidence.standard_error, draws.confirmation.difference);
   const std::vector<Specimen> finer = specimens_of(with_finer_steps(problem));
-  const auto steps_draws = static_cast<int>(
-      std::clamp<std::int64_t>(draws.path_evaluations / kPathsForSteps, kFewestForSteps, kMostForSteps));
-  draws.of_finer_steps = evidence_of_finer_steps(setting, finer, steps_draws);
+  draws.of_finer_steps = evidence_of_finer_steps(
+      setting, finer, std::max<std::int64_t>(draws.path_evaluations / kPathsForSteps, kFewestForSteps));
   draws.seconds += seconds_since(end_of_chains);
   return std::move(draws);
 }

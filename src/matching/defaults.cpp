@@ -9,7 +9,7 @@ constexpr std::size_t kRegister = 0, kSample = 1, kSampleCohort = 2, kSampleTree
 std::vector<TaskDefaults> make_table() {
   const Default automatic{"auto"}, none{};
   const Default one_error{"0.5%"};
-  const Default heun{"heun", "explicit: a chain takes thousands of paths, and no step searches for a root"};
+  const Default heun{"heun", "explicit: where paths bend no draw is lost, as no step searches for a root"};
   const Default fitted{"fit", "several shapes determine it"};
   TaskDefaults pair{"register", automatic, one_error, automatic, automatic, {"20"}, none, automatic};
   TaskDefaults posterior = pair;

@@ -47,6 +47,14 @@ MatrixXd of_lanes(const std::vector<double>& values, Index rows, Index count, in
 int LaneShots::lanes() { return static_cast<int>(HWY_DYNAMIC_DISPATCH(ShotLaneCount)()); }
 
 bool LaneShots::knows(const Specimen& specimen, const Specimen::Model& model) {
+  const NoiseTraits traits = model.system.noise->traits();
+  const bool is_heun = specimen.problem().integrator->name() == "heun" && traits.hamiltonian && traits.additive &&
+                       specimen.momentum_unknowns() > 0 && specimen.problem().source.size() <= kMostCoordinates &&
+                       lanes() >= 2;
+  return is_heun || knows_derivatives(specimen, model);
+}
+
+bool LaneShots::knows_derivatives(const Specimen& specimen, const Specimen::Model& model) {
   const matching::MatchingProblem& problem = specimen.problem();
   const NoiseTraits traits = model.system.noise->traits();
   return specimen.momentum_unknowns() > 0 && problem.integrator->name() == "variational-2" && traits.hamiltonian &&
@@ -156,6 +164,7 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
   arguments.dimension = static_cast<int>(problem.source.rows());
   arguments.landmarks = static_cast<int>(problem.source.cols());
   arguments.steps = steps;
+  arguments.heun = problem.integrator->name() == "heun";
   arguments.rows = with == With::kNothing ? 0 : static_cast<int>(n);
   arguments.half = problem.grid.dt() / 2;
   arguments.terms = &model_.system.kernel.terms();

@@ -16,6 +16,7 @@ struct LaneShotArguments {
   int landmarks = 0;
   int steps = 0;
   int rows = 0;     ///< of the projection, 0 for the paths alone
+  bool heun = false;  ///< its steps in place of those of `variational-2`: of paths alone, and additive noise
   double half = 0;  ///< ½Δt
   const std::vector<KernelTerm>* terms = nullptr;
   bool moves_positions = false, moves_momenta = false;  ///< the noise
@@ -46,12 +47,14 @@ struct LaneShotArguments {
 };
 
 /// Shoots paths of the integrator `variational-2` of one model, as many at once as a vector has lanes, where the noise
-/// is additive and Hamiltonian, or of bumps over space, and landmarks are few: with the same steps as
+/// is additive and Hamiltonian, or of bumps over space, and landmarks are few; without derivatives also those of `heun`
+/// where the noise is additive: with the same steps as
 /// Integrator::integrate() and its derivatives, whose results they equal to within 1e-10 of the shape's size.
 class LaneShots {
  public:
-  /// Whether there is vector code for the model.
+  /// Whether there is vector code for the model, and whether for its derivatives, too.
   static bool knows(const Specimen& specimen, const Specimen::Model& model);
+  static bool knows_derivatives(const Specimen& specimen, const Specimen::Model& model);
 
   /// @param chord whose J products() have; null: none
   LaneShots(const Specimen& specimen, const Specimen::Model& model, const LinearAt* chord);

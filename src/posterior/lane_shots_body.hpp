@@ -89,7 +89,7 @@ class LaneShooter {
       Put(Constant(g_.q0[i]), q_, i);
       Put(At(g_.p0, i), p_, i);
     }
-    for (int k = 0; k < g_.steps; ++k) Step(k);
+    for (int k = 0; k < g_.steps; ++k) g_.heun ? HeunStep(k) : Step(k);
     const double* end = node(q_, g_.steps);
     const double* middle = node(q_, (g_.steps + 1) / 2);
     for (int i = 0; i < m_; ++i) Put(At(end, i), g_.ends, i);
@@ -208,6 +208,37 @@ class LaneShooter {
       previous = correction;
     }
     lost_ = hn::Or(lost_, hn::Not(done));
+  }
+
+  // Of noise that is additive: both stages have the same kicks.
+  void HeunStep(int k) {
+    const double* q = node(q_, k);
+    double* next = node(q_, k + 1);
+    double* stage_q = node(stage_, k);
+    double* stage_p = node(second_, k);
+    const int first = k * m_;
+    const auto kick = [&](bool moves, const double* kicks, int i) {
+      return moves ? At(kicks, first + i) : hn::Zero(Tag());
+    };
+    Jets(q);
+    Velocity(p_, y_);
+    Force(p_, c_);
+    for (int i = 0; i < m_; ++i) {
+      const Vector v = At(y_, i), f = At(c_, i);
+      const Vector moved = hn::Add(hn::Add(At(q, i), v), kick(g_.moves_positions, g_.q_kicks, i));
+      const Vector pushed = hn::Add(hn::Sub(At(p_, i), f), kick(g_.moves_momenta, g_.p_kicks, i));
+      Put(moved, next, i);
+      Put(pushed, p_, i);
+      Put(hn::Add(moved, v), stage_q, i);
+      Put(hn::Sub(pushed, f), stage_p, i);
+    }
+    Jets(stage_q);
+    Velocity(stage_p, y_);
+    Force(stage_p, c_);
+    for (int i = 0; i < m_; ++i) {
+      Put(hn::Add(At(next, i), At(y_, i)), next, i);
+      Put(hn::Sub(At(p_, i), At(c_, i)), p_, i);
+    }
   }
 
   void Step(int k) {

@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include "inference/finer_steps.hpp"
+#include "posterior/shot_batch.hpp"
 #include "pulson/inference/posterior.hpp"
 
 namespace pulson::inference {
@@ -18,23 +20,27 @@ using Eigen::VectorXd;
 
 struct BentProblem {
   std::string name;
+  int dimension;
   std::vector<double> source, target;
   std::string noise, kernel;
   double sigma;
 };
 
-PosteriorProblem problem_of(const BentProblem& bent) {
-  Landmarks source, target;
-  source.points = Points::Map(bent.source.data(), 1, std::ssize(bent.source));
-  target.points = Points::Map(bent.target.data(), 1, std::ssize(bent.target));
+PosteriorProblem problem_of(const BentProblem& bent, const std::string& integrator = "heun") {
+  const auto shape = [&](const std::vector<double>& numbers) {
+    Landmarks made;
+    made.points = Points::Map(numbers.data(), bent.dimension, std::ssize(numbers) / bent.dimension);
+    return made;
+  };
   matching::RegistrationOptions options;
   options.kernel = bent.kernel;
   options.noise = bent.noise;
   options.sigma = bent.sigma;
   options.lambda = 1;
   options.align = AlignmentKind::kNone;
+  options.integrator = integrator;
   options.grid = {1, 4};
-  return make_posterior_problem(source, {target}, options, {});
+  return make_posterior_problem(shape(bent.source), {shape(bent.target)}, options, {});
 }
 
 // Draws of the prior, weighted by their likelihood.
@@ -42,17 +48,18 @@ struct OfPrior {
   Estimate log_evidence, momentum;
 };
 OfPrior weigh_prior(const PosteriorProblem& problem, int count) {
+  constexpr int kBlock = 1000;
   const Specimen specimen(problem.specimens.front());
   const ParameterSpace space(problem);
   const Specimen::Model model = specimen.model(space.at({}));
+  const posterior::ShotBatch shots(specimen, model);
   std::mt19937_64 bits(11);
   std::normal_distribution<double> normal;
   VectorXd weights(count), momenta(count);
-  for (int i = 0; i < count; ++i) {
-    const VectorXd z = VectorXd::NullaryExpr(specimen.unknowns(), [&] { return normal(bits); });
-    const auto shot = specimen.shoot(model, z);
-    weights[i] = shot ? std::exp(shot->log_likelihood) : 0;
-    momenta[i] = shot ? shot->paths.front().initial().p(0, 0) : 0;
+  for (int first = 0; first < count; first += kBlock) {
+    const Eigen::MatrixXd z = Eigen::MatrixXd::NullaryExpr(specimen.unknowns(), kBlock, [&] { return normal(bits); });
+    weights.segment(first, kBlock) = shots.log_likelihoods(shots.ends(z)).array().exp();
+    for (int i = 0; i < kBlock; ++i) momenta[first + i] = specimen.momenta(model, z.col(i))(0, 0);
   }
   const double mean = weights.mean(), momentum = weights.dot(momenta) / weights.sum();
   return {{std::log(mean), std::sqrt(weights.squaredNorm() / count - mean * mean) / mean / std::sqrt(count)},
@@ -61,9 +68,10 @@ OfPrior weigh_prior(const PosteriorProblem& problem, int count) {
 
 const std::vector<BentProblem>& bent_problems() {
   static const std::vector<BentProblem> kProblems = {
-      {"Swap", {0, 0.6}, {0.45, 0.2}, "ch-sd:beta=0.5", "gaussian:alpha=1", 0.1},
-      {"Reversal", {0, 0.5, 1}, {0.9, 0.5, 0.2}, "ch-sd:beta=0.5", "gaussian:alpha=0.5", 0.15},
-      {"Fields", {0, 0.7}, {0.6, 0.4}, "p-sd:beta=0.5,fields=grid,count=3,width=0.5", "gaussian:alpha=1", 0.1}};
+      {"Swap", 1, {0, 0.6}, {0.45, 0.2}, "ch-sd:beta=0.5", "gaussian:alpha=1", 0.1},
+      {"Reversal", 1, {0, 0.5, 1}, {0.9, 0.5, 0.2}, "ch-sd:beta=0.5", "gaussian:alpha=0.5", 0.15},
+      {"Fields", 1, {0, 0.7}, {0.6, 0.4}, "p-sd:beta=0.5,fields=grid,count=3,width=0.5", "gaussian:alpha=1", 0.1},
+      {"NearlyOnePlace", 2, {0, 0, 0.1, 0}, {0.15, 0.05, 0, 0}, "ch-sd:beta=0.3", "gaussian:alpha=0.5", 0.1}};
   return kProblems;
 }
 
@@ -73,30 +81,44 @@ const OfPrior& exact(std::size_t of) {
   return found[of];
 }
 
-class BentPosterior : public testing::TestWithParam<std::tuple<std::size_t, const char*>> {};
-INSTANTIATE_TEST_SUITE_P(All, BentPosterior,
-                         testing::Combine(testing::Values(0U, 1U, 2U), testing::Values("hmc", "nuts", "pcn", "rto")),
-                         [](const auto& of) {
-                           return bent_problems()[std::get<0>(of.param)].name + "_" + std::get<1>(of.param);
-                         });
-
-// Within three of its own errors of the prior's draws; of the means only where nothing refutes them.
-TEST_P(BentPosterior, IsThatOfThePriorsDrawsOrRefused) {
-  const auto [of, method] = GetParam();
-  SamplerOptions options;
-  options.method = method;
-  options.warmup = 250;
-  options.draws = 500;
-  const PosteriorDraws draws = sample_posterior(problem_of(bent_problems()[of]), options);
-  const bool refused = draws.confirmation.by == Confirmation::By::kNothing
+bool is_refused(const PosteriorDraws& draws) {
+  const bool refuted = draws.confirmation.by == Confirmation::By::kNothing
                            ? !(draws.pareto_k <= kHighParetoK && draws.chain_pareto_k <= kHighParetoK)
                            : !draws.confirmation.agrees;
-  if (refused || rank_rhat(draws.by_chain(draws.momenta.front().row(0))) > kHighRhat) return;
-  EXPECT_NEAR(draws.log_evidence.value, exact(of).log_evidence.value,
-              3 * std::hypot(draws.log_evidence.standard_error, exact(of).log_evidence.standard_error));
-  const DrawSummary momentum = summarise(draws.by_chain(draws.momenta.front().row(0)));
-  EXPECT_NEAR(momentum.mean, exact(of).momentum.value,
-              4 * std::hypot(momentum.mcse, exact(of).momentum.standard_error));
+  return refuted || !(rank_rhat(draws.by_chain(draws.momenta.front().row(0))) <= kHighRhat);
+}
+
+class BentPosterior : public testing::TestWithParam<std::size_t> {};
+INSTANTIATE_TEST_SUITE_P(All, BentPosterior, testing::Values(0U, 1U, 2U, 3U),
+                         [](const auto& of) { return bent_problems()[of.param].name; });
+
+// Within three of its own errors of the prior's draws, and of at most so many methods refused; of the means only where
+// nothing refutes them. kMostRefused: measured, of chains this short.
+TEST_P(BentPosterior, IsThatOfThePriorsDrawsOrRefused) {
+  constexpr int kMostRefused[] = {2, 2, 4, 1};
+  const std::size_t of = GetParam();
+  std::string refused;
+  int count = 0;
+  for (const char* method : {"hmc", "nuts", "pcn", "rto"}) {
+    SamplerOptions options;
+    options.method = method;
+    options.warmup = 250;
+    options.draws = 500;
+    const PosteriorDraws draws = sample_posterior(problem_of(bent_problems()[of]), options);
+    if (is_refused(draws)) {
+      refused += std::string(method) + ' ';
+      ++count;
+      continue;
+    }
+    EXPECT_NEAR(draws.log_evidence.value, exact(of).log_evidence.value,
+                3 * std::hypot(draws.log_evidence.standard_error, exact(of).log_evidence.standard_error))
+        << method;
+    const DrawSummary momentum = summarise(draws.by_chain(draws.momenta.front().row(0)));
+    EXPECT_NEAR(momentum.mean, exact(of).momentum.value,
+                4 * std::hypot(momentum.mcse, exact(of).momentum.standard_error))
+        << method;
+  }
+  EXPECT_LE(count, kMostRefused[of]) << refused;
 }
 
 ImportanceEstimate weighted_draws(const PosteriorProblem& problem, std::int64_t most) {
@@ -108,7 +130,7 @@ ImportanceEstimate weighted_draws(const PosteriorProblem& problem, std::int64_t 
 }
 
 TEST(WeightedDraws, HaveTheEvidenceAndMeansOfThePriorsDraws) {
-  for (const std::size_t of : {0U, 1U, 2U}) {
+  for (const std::size_t of : {0U, 1U, 2U, 3U}) {
     const ImportanceEstimate found = weighted_draws(problem_of(bent_problems()[of]), 200000);
     EXPECT_NEAR(found.log_evidence.value, exact(of).log_evidence.value,
                 4 * std::hypot(found.log_evidence.standard_error, exact(of).log_evidence.standard_error));
@@ -135,6 +157,36 @@ TEST(Confirmation, RefutesChainsOfAnotherPosterior) {
   const Confirmation other = confirmed_by(weighted_draws(problem_of(bent), 200000), setting, draws);
   EXPECT_FALSE(other.agrees);
   EXPECT_GT(other.furthest, other.furthest_allowed);
+}
+
+// Of weighted draws of the prior with so many steps and with twice as many.
+TEST(FinerSteps, ChangeTheEvidenceAsThePriorsDrawsSay) {
+  const PosteriorProblem problem = problem_of(bent_problems().front());
+  const PosteriorProblem finer = with_finer_steps(problem);
+  const ParameterSpace space(problem);
+  const std::vector<Specimen> specimens = specimens_of(problem);
+  Reference reference = make_reference(specimens, space, 1, 1);
+  defend(reference, specimens, space, 1);
+  const Estimate found =
+      evidence_of_finer_steps({specimens, space, reference, {}, 3}, specimens_of(finer), 64000);
+  const Estimate fine = weigh_prior(finer, 400000).log_evidence, coarse = exact(0).log_evidence;
+  EXPECT_NEAR(found.value, fine.value - coarse.value,
+              4 * std::hypot(found.standard_error, std::hypot(fine.standard_error, coarse.standard_error)));
+  EXPECT_LT(found.standard_error, 0.02);
+}
+
+// Heun's steps lose no path, and few of them do; a path that hardly bends needs the fewest.
+TEST(SufficientSteps, AreThoseOfWhichTheEvidenceIsNearItsLimit) {
+  const auto chosen = [](PosteriorProblem problem) {
+    return with_sufficient_steps(std::move(problem)).specimens.front().grid.steps;
+  };
+  const int bent = chosen(problem_of(bent_problems().front()));
+  EXPECT_GE(bent, 8);  // 4 are 0.05 from the limit by the prior's draws
+  EXPECT_LE(bent, 32);
+  BentProblem straight = bent_problems().front();
+  straight.target = {0.05, 0.62};
+  straight.noise = "ch-sd:beta=0.05";
+  EXPECT_EQ(chosen(problem_of(straight)), 4);
 }
 
 // (U^{-k} − 1)/k is of the generalised Pareto law with shape k.

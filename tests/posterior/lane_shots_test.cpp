@@ -91,6 +91,31 @@ TEST_P(OfPaths, AreThoseOfTheIntegrator) {
   EXPECT_GT(found, 0);
 }
 
+// Paths of Heun's method, whose derivatives have no vector code.
+TEST(LaneShots, AreThoseOfHeunsMethod) {
+  if (LaneShots::lanes() < 2) GTEST_SKIP() << "no vector of two numbers";
+  for (const char* noise : {"none", "ch-sd:beta=0.3", "trouve-vialard:sigma=0.5"})
+    for (const int dimension : {1, 2, 3}) {
+      RandomNumbers numbers(5);
+      matching::MatchingProblem problem = problem_of(numbers.landmarks(dimension, 5), noise, "gaussian:alpha=0.5");
+      problem.integrator = make_integrator("heun");
+      const Specimen specimen(problem);
+      const Specimen::Model model = specimen.model(numbers_of(problem));
+      ASSERT_TRUE(LaneShots::knows(specimen, model));
+      EXPECT_FALSE(LaneShots::knows_derivatives(specimen, model));
+      const MatrixXd z = numbers(specimen.unknowns(), LaneShots::lanes() + 1);
+      const ShotBatch shots(specimen, model);
+      const ShotBatch::Ends ends = shots.ends(z);
+      for (Index l = 0; l < z.cols(); ++l) {
+        const std::vector<PhaseState> states = specimen.shoot(model, z.col(l)).value().paths.front().states;
+        EXPECT_LE((ends.positions.col(l) - states.back().q.reshaped()).norm(), 1e-12 * (1 + states.back().q.norm()));
+        EXPECT_LE((ends.middles.col(l) - states[2].q.reshaped()).norm(), 1e-12 * (1 + states[2].q.norm()));
+      }
+      EXPECT_TRUE(shots.slopes(z).front().momenta.isApprox(
+          specimen.slopes(model, specimen.shoot(model, z.col(0)).value()).momenta));
+    }
+}
+
 // Fewer than there are lanes, and some without a path.
 TEST(LaneShots, LeaveOutThoseWithoutAPath) {
   const Points source = Eigen::RowVector3d(0, 0.4, 1);

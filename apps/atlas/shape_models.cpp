@@ -53,7 +53,7 @@ ShapeModelInput input_of_formula(const AtlasArguments& arguments, const std::vec
   for (const std::string& name : input.formula.columns()) {
     std::vector<std::string>& fields = input.data.columns[name];
     if (has_name(of_table, name)) {
-      fields = column_of_table({arguments.data + ":" + name, "--data", arguments.by_order}, shapes, notes);
+      fields = column_of_table({arguments.data, "--data", arguments.by_order, name}, shapes, notes);
     } else if (has_name(of_shapes, name)) {
       fields = property_of(shapes, name);
     } else if (name == "size") {

@@ -237,7 +237,8 @@ std::vector<CsvRecord> named_records(const std::string& file) {
 
 std::vector<std::string> column_of_table(const SpecimenTable& table, const std::vector<Landmarks>& shapes,
                                          std::vector<std::string>& notes) {
-  const Address address = parse_address(table.address, table.option);
+  const Address address =
+      table.column.empty() ? parse_address(table.address, table.option) : Address{table.address, table.column};
   const std::vector<CsvRecord> records = named_records(address.file);
   const std::size_t column = find_column(records.front(), address);
   std::vector<std::string> values;

@@ -11,9 +11,10 @@ namespace pulson {
 
 /// A table whose rows say more of the specimens, and how its rows belong to them.
 struct SpecimenTable {
-  std::string address;  ///< FILE:COLUMN
+  std::string address;  ///< FILE:COLUMN, or FILE where the column is named
   std::string option;   ///< that names it, for messages
   bool by_order = false;
+  std::string column{};
 };
 
 /// The fields of column COLUMN of the table FILE, one for each specimen. Rows belong to specimens by their names, or

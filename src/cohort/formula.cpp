@@ -19,7 +19,7 @@ using Kind = ModelExpression::Kind;
 using Terms = std::vector<std::uint64_t>;  // sets of variables, as bits
 
 constexpr std::size_t kMostVariables = 30;
-constexpr std::size_t kMostTerms = 200;
+constexpr std::size_t kMostFormulaTerms = 200;
 
 // Precedence as R's: ^, sign, :, %in%, * and /, + and -.
 class FormulaParser {
@@ -160,7 +160,7 @@ std::uint64_t all_of(const Terms& terms) {
 Terms with(Terms terms, const Terms& more) {
   for (const std::uint64_t term : more)
     if (std::find(terms.begin(), terms.end(), term) == terms.end()) terms.push_back(term);
-  if (terms.size() > kMostTerms) throw InputError(fmt::format("the formula has more than {} terms", kMostTerms));
+  if (terms.size() > kMostFormulaTerms) throw InputError(fmt::format("the formula has more than {} terms", kMostFormulaTerms));
   return terms;
 }
 

@@ -22,7 +22,6 @@ constexpr int kBatch = 64;            // permutations per task, of one matrix pr
 constexpr double kEqual = 1 - 1e-12;  // statistics of equal permutations differ by rounding
 constexpr int kErrorBlocks = 10;      // of permutations, by which the error of an effect size is estimated
 constexpr Index kLeastBlock = 50;
-constexpr Index kMostPairGroups = 30;
 constexpr double kMostPower = 2;      // of Box and Cox, as in RRPP
 
 // Orthonormal columns that span those of the design, less their means, in order.

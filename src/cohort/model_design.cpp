@@ -23,7 +23,6 @@ using Kind = ModelExpression::Kind;
 
 constexpr double kDependent = 1e-7;    // of a column's norm, that is left beside the columns before it: that of R's lm
 constexpr std::size_t kMostLevels = 200;
-constexpr std::size_t kMostPairGroups = 30;
 
 // A variable's value for each specimen of the data: a number, NaN where there is none, or a level, −1 where there is
 // none.
@@ -343,7 +342,7 @@ class Designer {
     if (known.size() < combinations)
       design_.notes.push_back(fmt::format("{}: {} of the {} combinations have no specimen", term.label,
                                           combinations - known.size(), combinations));
-    if (term.groups.size() > kMostPairGroups)
+    if (std::ssize(term.groups) > kMostPairGroups)
       design_.notes.push_back(fmt::format("{}: pairs of its {} groups are not compared, {} at most", term.label,
                                           term.groups.size(), kMostPairGroups));
     term.group_weights = group_weights(term, t);

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "compare/cohort_model.hpp"
 #include "compare/newton.hpp"
 #include "compare/open_noise.hpp"
 #include "compare/statistics.hpp"
+#include "core/text.hpp"
 #include "pulson/compare/comparison.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
@@ -23,7 +23,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr int kPlacesASide = 3;
 constexpr double kFactor = 2;       // of σ at the ends
 constexpr double kDecisive = 3;     // nats, and two standard errors: as of the verdict
@@ -105,7 +104,7 @@ SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<Noise
   SigmaProfile profile;
   profile.sigma.resize(kPlaces);
   for (int k = 0; k < kPlaces; ++k) profile.sigma[k] = middle * std::exp(step * (k - kPlacesASide));
-  profile.scores = MatrixXd::Constant(kPlaces, std::ssize(noises), kNan);
+  profile.scores = MatrixXd::Constant(kPlaces, std::ssize(noises), text::kMissing);
   for (std::size_t m = 0; m < noises.size(); ++m) try {
       const ComparedModel& model = comparison.models[m];
       if (!std::isfinite(model.score)) continue;

@@ -138,10 +138,9 @@ TEST(LinearModel, ComparesMeansOfGroupsAtTheMeanOfCovariates) {
   const ModelDesign design = make_design(ModelFormula::parse("size + sex"), data);
   const ModelTest found = test_model(design, rows, {499, 1});
   ASSERT_EQ(found.pairs.size(), 1U);
-  // With equal slopes the difference of adjusted means is the coefficient of the factor; its F is that of the term.
+  // With equal slopes the difference of adjusted means is the coefficient of the factor.
   const MatrixXd coefficients = design.weights * rows;
   EXPECT_NEAR(found.pairs[0].distance, coefficients.row(1).norm(), 1e-10);
-  EXPECT_EQ(found.pairs[0].p_value, found.terms[1].p_value);
   EXPECT_EQ(design.terms[1].groups[0].name, "f");
   // Without other terms they are plain means.
   const ModelDesign alone = make_design(ModelFormula::parse("factor(site)"), data);

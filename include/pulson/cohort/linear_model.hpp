@@ -109,6 +109,9 @@ struct ModelTest {
   int permutations = 0;
 };
 
+/// Groups of a term whose pairs are compared, at most.
+inline constexpr int kMostPairGroups = 30;
+
 /// Analysis of variance of shapes by distances, with sums of squares of type I and randomised residuals of the model
 /// without the term and those behind it (RRPP; M. Collyer, D. Sekora and D. Adams 2015): what `procD.lm` of R's geomorph
 /// and, for pairs, `pairwise` of RRPP compute. F has the mean square of the residuals of the full model below. Pairs are

@@ -299,6 +299,7 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
   progress.clear();
   results.seconds = seconds_now() - start;
   notes.insert(notes.end(), results.atlas.notes.begin(), results.atlas.notes.end());
+  notes.insert(notes.end(), results.notes.begin(), results.notes.end());  // of the statistics
   results.notes = without_repeats(notes);
   note_outliers(results);
   write_results(results, arguments, files, fingerprint, output);

@@ -172,7 +172,7 @@ const Facts<CheckRow>& check_facts() {
       {"low_90", "model, from", "lower end of the central 90 % of the cohorts drawn", "{:.4g}",
        [](const R& r) { return r.check.low; }},
       {"high_90", "to", "upper end", "{:.4g}", [](const R& r) { return r.check.high; }},
-      {"p_value", "p", "of two sides; of landmarks outside of one", "{:.3g}",
+      {"p_value", "p", "of two sides; of the landmarks, of all variances together", "{:.3g}",
        [](const R& r) { return r.check.p_value; }}};
   return facts;
 }
@@ -184,7 +184,7 @@ std::vector<CheckRow> check_rows(const std::vector<ModelRow>& models, bool with_
     const compare::PredictiveChecks& checks = *row.model->checks;
     rows.push_back({row.model,
                     "landmarks with a variance outside",
-                    {static_cast<double>(checks.outside), std::nan(""), std::nan(""), checks.outside_p}});
+                    {static_cast<double>(checks.outside), std::nan(""), std::nan(""), checks.variances_p}});
     rows.push_back({row.model, "share of the first mode", checks.share});
     rows.push_back({row.model, "mean energy score", checks.energy});
     rows.push_back({row.model, "largest distance", checks.distance});

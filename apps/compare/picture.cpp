@@ -167,7 +167,7 @@ charts::Chart sigma_chart(const compare::Comparison& comparison) {
     }
     if (!series.x.empty()) panel.series.push_back(std::move(series));
   }
-  return {.title = as_title("the verdict is " + sigma_range(comparison)),
+  return {.title = as_title("the verdict " + sigma_range(comparison)),
           .subtitle = fmt::format("half to twice the sigma of the best model, {:.3g}",
                                   comparison.models[comparison.best].fit.sigma),
           .rows = {{panel}}};

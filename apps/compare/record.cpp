@@ -71,7 +71,7 @@ Json check_json(const compare::PredictiveCheck& check) {
 Json checks_json(const compare::PredictiveChecks& checks) {
   Json json{{"cohorts", checks.cohorts},
             {"landmarks_outside", checks.outside},
-            {"landmarks_outside_p", checks.outside_p},
+            {"variances_p", checks.variances_p},
             {"first_share", check_json(checks.share)},
             {"energy_score", check_json(checks.energy)},
             {"largest_distance", check_json(checks.distance)},

@@ -58,7 +58,7 @@ html::ReportTable check_table(const std::vector<ModelRow>& rows) {
   return report_table(check_facts(), check_rows(rows),
                       "Would the model draw such shapes? Statistics of these shapes, their central 90 % in cohorts drawn "
                       "from the model with its fitted numbers and aligned in the same way, and p of two sides; of the "
-                      "variances of landmarks the number outside, and the part of the cohorts with as many.");
+                      "variances of landmarks the number outside, and p of all of them together.");
 }
 
 html::ReportTable shape_table(const std::vector<ModelRow>& rows) {

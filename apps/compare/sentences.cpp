@@ -58,7 +58,7 @@ std::string certainty(const Comparison& comparison) {
       "How sure: the best model is {:.1f}{} nats ahead of {}, of which 3 and two standard errors are decisive",
       -second.difference.value, std::isfinite(error) ? fmt::format(" ± {:.1f}", error) : "",
       shortened_spec(second.noise));
-  if (const std::string range = sigma_range(comparison); !range.empty()) text += "; the verdict is " + range;
+  if (const std::string range = sigma_range(comparison); !range.empty()) text += "; the verdict " + range;
   return text;
 }
 
@@ -105,12 +105,12 @@ std::string sigma_range(const Comparison& comparison) {
   const auto ranges = comparison.profile->ranges(comparison);
   if (ranges.empty()) return {};
   if (ranges.size() == 1)
-    return fmt::format("the same for sigma from {:.3g} to {:.3g} ({})", ranges.front().low, ranges.front().high,
+    return fmt::format("is the same for sigma from {:.3g} to {:.3g} ({})", ranges.front().low, ranges.front().high,
                        range_name(comparison, ranges.front()));
   std::vector<std::string> parts;
   for (const auto& range : ranges)
     parts.push_back(fmt::format("{} from {:.3g} to {:.3g}", range_name(comparison, range), range.low, range.high));
-  return fmt::format("another for another sigma: {}", fmt::join(parts, ", "));
+  return fmt::format("depends on sigma: {}", fmt::join(parts, ", "));
 }
 
 std::vector<std::string> four_sentences(const Comparison& comparison) {

@@ -14,7 +14,7 @@ std::string headline(const compare::Comparison& comparison);
 /// checked, or nothing was checked.
 std::string misfit(const compare::Comparison& comparison);
 
-/// "the same for sigma from 0.25 to 1", or where it changes; empty where there is no profile.
+/// "is the same for sigma from 0.25 to 1", or "depends on sigma" and where it changes; empty where there is no profile.
 std::string sigma_range(const compare::Comparison& comparison);
 
 /// What was asked, what was found, how sure that is, and what would change it.

@@ -160,7 +160,7 @@ void print_comparison(const compare::Comparison& comparison) {
   print_text("\nverdict    {}\n", verdict(comparison));
   if (const std::string wrong = misfit(comparison); !wrong.empty()) print_text("misfit     {}\n", wrong);
   if (const std::string range = sigma_range(comparison); !range.empty())
-    print_text("sigma      the verdict is {} ({:.1f} s)\n", range, comparison.profile->seconds);
+    print_text("sigma      the verdict {} ({:.1f} s)\n", range, comparison.profile->seconds);
 }
 
 void print_recovery(const std::vector<compare::RecoveryRow>& rows, const std::vector<std::string>& candidates,

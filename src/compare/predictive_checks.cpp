@@ -143,11 +143,22 @@ PredictiveCheck check(double observed, VectorXd drawn) {
           std::min(1.0, 2 * std::min(above, below) / (1.0 + static_cast<double>(drawn.size())))};
 }
 
-int count_outside(const VectorXd& variances, const std::vector<PredictiveCheck>& checks) {
-  int outside = 0;
-  for (std::size_t a = 0; a < checks.size(); ++a)
-    if (variances[static_cast<Index>(a)] < checks[a].low || variances[static_cast<Index>(a)] > checks[a].high) ++outside;
-  return outside;
+double variances_p(const VectorXd& observed, const std::vector<Statistics>& drawn) {
+  Eigen::ArrayXXd logs(observed.size(), std::ssize(drawn));
+  for (Index k = 0; k < logs.cols(); ++k) logs.col(k) = drawn[static_cast<std::size_t>(k)].variances.array().log();
+  const Eigen::ArrayXd mean = logs.rowwise().mean();
+  const Eigen::ArrayXd variance = (logs.colwise() - mean).square().rowwise().mean();
+  const auto deviation = [&](const Eigen::ArrayXd& of) {
+    double sum = 0;
+    for (Index a = 0; a < of.size(); ++a)
+      if (std::isfinite(of[a]) && variance[a] > 0) sum += (of[a] - mean[a]) * (of[a] - mean[a]) / variance[a];
+    return sum;
+  };
+  const double here = deviation(observed.array().log());
+  int as_large = 0;
+  for (Index k = 0; k < logs.cols(); ++k)
+    if (deviation(logs.col(k)) >= here) ++as_large;
+  return (1.0 + as_large) / (1.0 + static_cast<double>(logs.cols()));
 }
 
 template <class Value>
@@ -185,11 +196,9 @@ PredictiveChecks check_predictions(const CohortShapes& shapes, const Cohort& coh
   for (Index a = 0; a < source.cols(); ++a)
     found.variances.push_back(
         check(observed.variances[a], values_of(all, [a](const Statistics& s) { return s.variances[a]; })));
-  found.outside = count_outside(observed.variances, found.variances);
-  int as_many = 0;
-  for (const Statistics& other : all)
-    if (count_outside(other.variances, found.variances) >= found.outside) ++as_many;
-  found.outside_p = (1.0 + as_many) / (1.0 + cohorts);
+  found.outside = static_cast<int>(std::count_if(found.variances.begin(), found.variances.end(),
+                                                 [](const PredictiveCheck& landmark) { return landmark.is_outside(); }));
+  found.variances_p = variances_p(observed.variances, all);
   found.share = check(observed.share, values_of(all, [](const Statistics& s) { return s.share; }));
   found.energy = check(observed.energy, values_of(all, [](const Statistics& s) { return s.energy; }));
   found.distance = check(observed.distance, values_of(all, [](const Statistics& s) { return s.distance; }));
@@ -198,12 +207,13 @@ PredictiveChecks check_predictions(const CohortShapes& shapes, const Cohort& coh
 
 std::vector<std::string> PredictiveChecks::unexplained() const {
   std::vector<std::string> found;
-  if (outside_p <= kLevel) found.push_back(fmt::format("the variances of {} of {} landmarks", outside, variances.size()));
+  if (variances_p <= kLevel && outside > 0) found.push_back(fmt::format("the variances of {} of {} landmarks", outside, variances.size()));
   if (share.p_value <= kLevel)
     found.push_back(fmt::format("the share of the first mode ({:.0f} %, {:.0f} to {:.0f} % by the model)",
                                 100 * share.observed, 100 * share.low, 100 * share.high));
   if (energy.p_value <= kLevel)
-    found.emplace_back(energy.observed > energy.high ? "how far the shapes are from it" : "how near the shapes are to it");
+    found.push_back(fmt::format("the mean energy score ({:.3g}, {:.3g} to {:.3g} by the model)", energy.observed,
+                                energy.low, energy.high));
   if (distance.p_value <= kLevel)
     found.push_back(fmt::format("the {} distance between two shapes ({:.3g}, {:.3g} to {:.3g} by the model)",
                                 distance.observed > distance.high ? "large" : "small", distance.observed, distance.low,

@@ -23,9 +23,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kPlacesASide = 3;
+constexpr int kPlacesASide = 2;
 constexpr double kFactor = 2;       // of σ at the ends
 constexpr double kDecisive = 3;     // nats, and two standard errors: as of the verdict
+constexpr int kMostTurns = 3;       // of numbers and matches at one σ
 constexpr int kBorderCuts = 20;     // halvings between two places: to 1e-6
 
 bool is_none(const ComparedModel& model) { return model.noise == "none"; }
@@ -44,21 +45,19 @@ class Walk {
     }
     start_ = model_.place(values);
     held_ = model_.count() - 1;
-    about_ = model_.match(start_, nullptr);
-    const bool is_fitted = std::any_of(fit.fitted.begin(), fit.fitted.end(), [&](const FittedNumber& number) {
-      return number.name == model_.open().back().name;
-    });
-    at_fit_ = maximum(model_.box(), start_, is_fitted ? std::nan("") : start_[held_]).value;
+    about_ = settled(start_[held_], model_.match(start_, nullptr));
+    at_fit_ = about_->log_evidence;
   }
 
-  // Log evidence relative to that of the fit, at σ = middle·e^place, from those before in `side`.
-  double at(double place, Matches& before) const {
-    BoxMaximum best = maximum(model_.box(), before.x, place, &before);
-    before = model_.match(best.x, &before);
-    return maximum(model_.box(), best.x, place, &before).value - at_fit_;
+  // At σ = middle·e^place, from the matches at a neighbour. @throws NumericalError where some shape has no path
+  Matches at(double place, const Matches& near) const {
+    VectorXd x = near.x;
+    x[held_] = place;
+    return settled(place, model_.match(model_.box().clipped(x), &near));
   }
 
   const Matches& about() const { return *about_; }
+  double at_fit() const { return at_fit_; }
 
  private:
   static CohortSettings settings_about(const Comparison& comparison, double middle) {
@@ -70,12 +69,23 @@ class Walk {
     return settings;
   }
 
-  BoxMaximum maximum(Box box, VectorXd from, double place, const Matches* about = nullptr) const {
-    if (std::isfinite(place)) box.least[held_] = box.most[held_] = from[held_] = place;
-    const Matches& matches = about == nullptr ? *about_ : *about;
-    return maximise_in_box([&](const VectorXd& x) { return model_.linear_value(matches, x); },
-                           [&](const VectorXd& x) { return model_.linear_evidence(matches, x).slope; }, box,
-                           box.clipped(from));
+  // Numbers and matches in turn, of which the best is kept.
+  Matches settled(double place, Matches best) const {
+    Box box = model_.box();
+    box.least[held_] = box.most[held_] = place;
+    for (int turn = 0; turn < kMostTurns; ++turn) try {
+        const BoxMaximum there = maximise_in_box([&](const VectorXd& x) { return model_.linear_value(best, x); },
+                                                 [&](const VectorXd& x) { return model_.linear_evidence(best, x).slope; },
+                                                 box, box.clipped(best.x));
+        Matches next = model_.match(there.x, &best);
+        const double gain = next.log_evidence - best.log_evidence;
+        if (gain > 0) best = std::move(next);
+        constexpr double kGain = 0.05;  // nats: far below what decides
+        if (gain < kGain) break;
+      } catch (const NumericalError&) {
+        break;  // what was found stands
+      }
+    return best;
   }
 
   CohortSettings settings_;
@@ -111,14 +121,43 @@ SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<Noise
       const Walk walk(comparison, noises[m], model.fit, middle);
       const double own = std::clamp(std::log(model.fit.sigma / middle), -kPlacesASide * step, kPlacesASide * step);
       const int nearest = kPlacesASide + static_cast<int>(std::lround(own / step));
+      const auto note = [&](int k, const Matches& there) {
+        double& score = profile.scores(k, static_cast<Index>(m));
+        const double found = model.score + there.log_evidence - walk.at_fit();
+        if (!(score >= found)) score = found;
+      };
+      // Outwards on either side; without noise, which is the limit of others, back as well, to the better maximum.
       for (const int direction : {1, -1}) {
-        Matches before = walk.about();
-        for (int k = direction > 0 ? nearest : nearest - 1; k >= 0 && k < kPlaces; k += direction)
-          profile.scores(k, static_cast<Index>(m)) = model.score + walk.at(step * (k - kPlacesASide), before);
+        std::vector<Matches> passed{walk.about()};
+        for (int k = direction > 0 ? nearest : nearest - 1; k >= 0 && k < kPlaces; k += direction) {
+          passed.push_back(walk.at(step * (k - kPlacesASide), passed.back()));
+          note(k, passed.back());
+        }
+        if (!is_none(model) || passed.size() < 3) continue;
+        Matches back = passed.back();
+        int k = direction > 0 ? kPlaces - 1 : 0;
+        for (std::size_t left = passed.size() - 2; left > 0; --left) {
+          k -= direction;
+          back = walk.at(step * (k - kPlacesASide), back);
+          note(k, back);
+        }
       }
     } catch (const NumericalError&) {
       // no evidence from there on
     }
+  // A noise may vanish: its evidence is no less than without it.
+  const auto none = std::find_if(comparison.models.begin(), comparison.models.end(), is_none);
+  for (std::size_t m = 0; none != comparison.models.end() && m < noises.size(); ++m) {
+    const CohortFit& fit = comparison.models[m].fit;
+    if (make_open_noise(noises[m], comparison.cohort.source).open.empty()) continue;
+    const double price = 0.5 * static_cast<double>(fit.fitted.size() - none->fit.fitted.size()) *
+                         std::log(static_cast<double>(fit.shapes.size()));
+    for (Index k = 0; k < kPlaces; ++k) {
+      const double limit = profile.scores(k, none - comparison.models.begin()) - price;
+      double& score = profile.scores(k, static_cast<Index>(m));
+      if (std::isfinite(limit) && !(score >= limit)) score = limit;
+    }
+  }
   profile.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return profile;
 }

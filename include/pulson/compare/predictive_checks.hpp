@@ -30,7 +30,9 @@ struct PredictiveChecks {
   int cohorts = 0;
   std::vector<PredictiveCheck> variances;  ///< N: of a coordinate of each landmark about the source
   int outside = 0;           ///< landmarks whose variance is outside the central 90 %
-  double outside_p = 1;      ///< part of the cohorts drawn that have as many among the others
+  /// Of all variances together: part of the cohorts, this one included, with as large a sum over landmarks of squared
+  /// deviations of log variance from its mean over the cohorts drawn, in standard deviations.
+  double variances_p = 1;
   PredictiveCheck share;     ///< of the first eigenvalue in the variance
   PredictiveCheck energy;    ///< mean energy score of the shapes by the model, see energy_score()
   PredictiveCheck distance;  ///< largest between two shapes, root mean square of a landmark

@@ -29,9 +29,8 @@ struct SigmaProfile {
   std::vector<Range> ranges(const Comparison& comparison) const;
 };
 
-/// At 7 values of σ a factor of 2^(1/3) apart. At each, the numbers of greatest evidence of the models linear about the
-/// matches at the neighbouring σ, nearer to the fit, then the matches for these; the evidence is Laplace's, shifted to
-/// the score of the fit.
+/// At 5 values of σ a factor of √2 apart, from that of the fit outwards. At each, matches and numbers in turn, by the
+/// models linear about the matches; the evidence is Laplace's, shifted to the score of the fit.
 /// @param noises as compared
 SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<NoiseChoice>& noises);
 

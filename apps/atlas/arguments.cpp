@@ -42,14 +42,20 @@ void AtlasArguments::add_to(CLI::App& verb) {
                  ->capture_default_str(),
              "alignment", {"auto"});
   begin_group(verb, "Statistics");
+  verb.add_option("--model", model,
+                  "linear model of the shapes by a formula as in R: 'log(size) + species * site'; size is the centroid "
+                  "size")
+      ->type_name("FORMULA");
+  reads_file(verb.add_option("--data", data, "csv file with the columns of --model, a row for each specimen")
+                 ->type_name("FILE"));
   reads_column(verb.add_option("--covariate", covariate,
-                               "regression of the momenta on a column of numbers of a csv file, such as size or age"));
+                               "the model of one column of numbers of a csv file, such as size or age, and its shapes"));
   verb.add_option("--at", at, "values of the covariate at which the shape is drawn [the least, middle and greatest]")
       ->type_name("NUMBERS")
       ->delimiter(',');
   reads_column(verb.add_option("--groups", groups,
-                               "comparison of the means of groups: a column of a csv file, or a comment that the "
-                               "cohort's file has for each shape"));
+                               "the model of one grouping, and its mean shapes: a column of a csv file, or a comment "
+                               "that the cohort's file has for each shape"));
   begin_group(verb, more("Statistics"));
   verb.add_option("--permutations", permutations.count, "permutations of each test")->capture_default_str();
   begin_group(verb, "Statistics");
@@ -83,6 +89,10 @@ cohort::AtlasOptions AtlasArguments::atlas_options() const {
   check_at_least(asked.max_iterations, 1, "--max-iterations");
   check_at_least(modes, 1, "--modes");
   check_at_least(permutations.count, 1, "--permutations");
+  if (!model.empty() && !(covariate.empty() && groups.empty()))
+    throw InputError(fmt::format("--model has all terms in its formula; leave out {}",
+                                 covariate.empty() ? "--groups" : "--covariate"));
+  if (!data.empty() && model.empty()) throw InputError("--data needs --model");
   if (!at.empty() && covariate.empty()) throw InputError("--at needs --covariate");
   for (const double value : at)
     if (!std::isfinite(value)) throw InputError(fmt::format("--at: {} is not a finite number", value));

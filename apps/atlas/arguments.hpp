@@ -24,6 +24,8 @@ struct AtlasArguments {
   std::string noise = "none";
   LossOptions loss;
   std::string align = matching::atlas_defaults().align.value;
+  std::string model;       ///< formula, or empty
+  std::string data;        ///< FILE with its columns, or empty
   std::string covariate;   ///< FILE:COLUMN, or empty
   std::string groups;      ///< FILE:COLUMN or a property that the file has, or empty
   std::vector<double> at;  ///< values of the covariate that are drawn
@@ -33,6 +35,8 @@ struct AtlasArguments {
   bool resume = false;
 
   void add_to(CLI::App& verb);
+
+  bool has_models() const { return !(model.empty() && covariate.empty() && groups.empty()); }
 
   /// The shapes, alike, in the order of the first. @throws InputError
   std::vector<Landmarks> read(std::vector<std::string>& notes) const;

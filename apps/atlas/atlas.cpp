@@ -18,7 +18,6 @@
 #include "shell/path_options.hpp"
 #include "shell/ranks.hpp"
 #include "shell/run_results.hpp"
-#include "shell/specimen_columns.hpp"
 #include "shell/units.hpp"
 #include "shell/verbs.hpp"
 
@@ -67,7 +66,7 @@ struct Files {
       names.push_back(complete.name);
     }
     if (!arguments.covariate.empty()) names.emplace_back("regression.csv");
-    if (!arguments.groups.empty()) names.emplace_back("groups.csv");
+    if (arguments.has_models()) names.insert(names.end(), {"model.csv", "pairs.csv", "coefficients.csv"});
     names.emplace_back("report.html");
   }
 
@@ -83,6 +82,13 @@ std::vector<double> shown_values(const AtlasArguments& arguments, const Eigen::V
   if (known.empty()) return {};
   const auto [low, high] = std::minmax_element(known.begin(), known.end());
   return {*low, (*low + *high) / 2, *high};
+}
+
+Eigen::VectorXd numbers_of_fields(const std::vector<std::string>& fields) {
+  Eigen::VectorXd numbers(std::ssize(fields));
+  for (std::size_t i = 0; i < fields.size(); ++i)
+    numbers[static_cast<Eigen::Index>(i)] = text::is_missing(fields[i]) ? text::kMissing : std::stod(fields[i]);
+  return numbers;
 }
 
 // With suspects missing.
@@ -103,7 +109,7 @@ void predict_missing(AtlasResults& results, const std::vector<Landmarks>& shapes
 }
 
 void find_statistics(AtlasResults& results, const AtlasArguments& arguments, const std::vector<Landmarks>& shapes,
-                     const Eigen::VectorXd& covariate) {
+                     const std::vector<ShapeModelInput>& models) {
   results.modes = momentum_modes(results.atlas);
   if (results.modes.eigenvalues.size() == 0)
     throw InputError("the shapes are all the same once they are aligned: there is no variation");
@@ -116,14 +122,19 @@ void find_statistics(AtlasResults& results, const AtlasArguments& arguments, con
     results.notes.push_back(fmt::format("Procrustes coordinates are of the {} that all specimens have; {} absent",
                                         counted(std::ssize(results.procrustes.landmarks), "landmark"),
                                         left_out == 1 ? "1 is" : fmt::format("{} are", left_out)));
+  for (const ShapeModelInput& input : models)
+    results.models.push_back(fit_shape_model(input, results, complete, arguments.permutations, results.notes));
+  if (!results.predicted.empty() && !models.empty())
+    results.notes.emplace_back("the tests take predicted landmarks as observed ones, which makes p somewhat too small");
   if (!arguments.covariate.empty()) {
+    const Eigen::VectorXd covariate =
+        numbers_of_fields(models.front().data.columns.begin()->second);
     results.covariate.assign(covariate.begin(), covariate.end());
-    results.covariate_name = arguments.covariate.substr(arguments.covariate.rfind(':') + 1);
+    results.covariate_name = models.front().formula.text();
     results.shown_values = shown_values(arguments, covariate);
-    results.regression = regress_momenta(results.atlas, covariate, arguments.permutations);
+    results.regression = regress_momenta(results.atlas, covariate);
   }
-  if (!results.groups.empty())
-    results.comparison = compare_groups(results.atlas, results.groups, arguments.permutations);
+  if (!arguments.groups.empty()) results.means = group_means(results.atlas, results.groups);
 }
 
 Landmarks written_template(const AtlasResults& results) {
@@ -159,7 +170,11 @@ void write_results(const AtlasResults& found, const AtlasArguments& arguments, c
     staged.add(files.complete.name, files.complete.text(complete, of_csv));
   }
   if (results.regression) staged.add("regression.csv", regression_csv(results));
-  if (results.comparison) staged.add("groups.csv", groups_csv(*results.comparison));
+  if (!results.models.empty()) {
+    staged.add("model.csv", facts_csv(term_facts(), term_rows(results.models)));
+    staged.add("pairs.csv", facts_csv(pair_facts(), pair_rows(results.models)));
+    staged.add("coefficients.csv", coefficients_csv(results));
+  }
   staged.commit("atlas.json", atlas_json(results), {{"run", fingerprint}});
   draw_atlas(results, arguments.modes, staged);
   staged.add_page([&] { return atlas_report(results, arguments.modes, staged); });
@@ -237,15 +252,16 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
   std::vector<std::string> notes;
   const std::vector<Landmarks> shapes = arguments.read(notes);
   cohort::AtlasOptions options = arguments.atlas_options();
-  Eigen::VectorXd covariate;
-  if (!arguments.covariate.empty())
-    covariate = numbers_of_table({arguments.covariate, "--covariate", arguments.by_order}, shapes, notes);
+  const std::vector<ShapeModelInput> models = read_shape_models(arguments, shapes, notes);
   AtlasResults results;
   if (!arguments.groups.empty())
-    results.groups = groups_of({arguments.groups, "--groups", arguments.by_order}, shapes, notes);
+    results.groups = models.back().data.columns.begin()->second;
+  else if (!arguments.model.empty())
+    results.groups = groups_of_model(models.front());
   const Files files(arguments, shapes);
-  const std::vector<std::string> stems =
-      picture_stems(shapes.front().dimension(), !arguments.covariate.empty(), !arguments.groups.empty());
+  const std::vector<std::string> stems = AtlasPictures{shapes.front().dimension(), !arguments.covariate.empty(),
+                                                       !arguments.groups.empty(), arguments.has_models()}
+                                             .stems();
   const std::filesystem::path checkpoint = arguments.output.file("atlas.partial");
   const bool saved = check_outputs(arguments, files, stems, checkpoint);
   records::UnitRun run;
@@ -279,10 +295,11 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
   for (const Landmarks& shape : shapes) results.names.push_back(shape.name);
   for (const std::string& note : notes_of_names(shapes))
     notes.push_back(note + "; landmark tables number them, as in NAME#3");
-  find_statistics(results, arguments, without_suspects(results.atlas, shapes), covariate);
+  find_statistics(results, arguments, without_suspects(results.atlas, shapes), models);
   progress.clear();
   results.seconds = seconds_now() - start;
   notes.insert(notes.end(), results.atlas.notes.begin(), results.atlas.notes.end());
+  notes.insert(notes.end(), results.notes.begin(), results.notes.end());  // of the statistics
   results.notes = without_repeats(notes);
   note_outliers(results);
   write_results(results, arguments, files, fingerprint, output);
@@ -306,7 +323,7 @@ void add_atlas_verb(CLI::App& program, int& exit_code) {
   verb->footer(
       "Examples:\n"
       "  pulson atlas skulls.tps -o out\n"
-      "  pulson atlas skulls.csv -o out --groups species.csv:species --covariate sizes.csv:size\n"
+      "  pulson atlas skulls.csv -o out --model 'log(size) + species * site' --data specimens.csv\n"
       "  pulson atlas skulls.tps -o out --sigma 0 --kernel matern52:alpha=30\n"
       "Exit codes: 0 done, 2 bad input, 3 did not converge (results are written).");
   verb->callback([arguments, verb, &exit_code] { exit_code = run_atlas(*arguments, settings_of(*verb)); });

@@ -25,12 +25,6 @@ std::string fitted_names(const cohort::Atlas& atlas) {
   return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
-const cohort::GroupComparison::Pair& pair_of(const GroupsRow& row) { return row.comparison->pairs[row.pair]; }
-
-std::string group_name(const GroupsRow& row, int group) {
-  return row.comparison->names[static_cast<std::size_t>(group)];
-}
-
 }  // namespace
 
 const Facts<AtlasResults>& atlas_facts() {
@@ -100,18 +94,6 @@ const Facts<ModeRow>& mode_facts() {
   return facts;
 }
 
-const Facts<GroupsRow>& groups_facts() {
-  using R = GroupsRow;
-  static const Facts<R> facts = {
-      {"first", "first", "a group", "", [](const R& r) { return group_name(r, pair_of(r).first); }},
-      {"second", "second", "another", "", [](const R& r) { return group_name(r, pair_of(r).second); }},
-      {"distance", "distance", "of their mean momenta, in the kernel's metric", "{:.4g}",
-       [](const R& r) { return pair_of(r).distance; }},
-      {"p_value", "p", "by permutations of the specimens of both", "{:.4g}",
-       [](const R& r) { return pair_of(r).p_value; }}};
-  return facts;
-}
-
 std::vector<SpecimenRow> specimen_rows(const AtlasResults& results) {
   const Eigen::MatrixXd gram = results.atlas.metric();
   std::vector<SpecimenRow> rows;
@@ -126,12 +108,6 @@ std::vector<ModeRow> mode_rows(const AtlasResults& results) {
   std::vector<ModeRow> rows;
   const Eigen::Index count = std::max(results.modes.eigenvalues.size(), results.procrustes.modes.eigenvalues.size());
   for (Eigen::Index k = 0; k < count; ++k) rows.push_back({&results, k});
-  return rows;
-}
-
-std::vector<GroupsRow> groups_rows(const cohort::GroupComparison& comparison) {
-  std::vector<GroupsRow> rows;
-  for (std::size_t i = 0; i < comparison.pairs.size(); ++i) rows.push_back({&comparison, i});
   return rows;
 }
 

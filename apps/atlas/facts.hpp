@@ -20,19 +20,11 @@ struct ModeRow {
   Eigen::Index mode;
 };
 
-/// Two groups.
-struct GroupsRow {
-  const cohort::GroupComparison* comparison;
-  std::size_t pair;
-};
-
 const Facts<AtlasResults>& atlas_facts();
 const Facts<SpecimenRow>& specimen_facts();
 const Facts<ModeRow>& mode_facts();
-const Facts<GroupsRow>& groups_facts();
 
 std::vector<SpecimenRow> specimen_rows(const AtlasResults& results);
 std::vector<ModeRow> mode_rows(const AtlasResults& results);
-std::vector<GroupsRow> groups_rows(const cohort::GroupComparison& comparison);
 
 }  // namespace pulson

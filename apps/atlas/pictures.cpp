@@ -8,6 +8,7 @@
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/warp/material_flow.hpp"
 #include "register/picture.hpp"
+#include "coefficient_picture.hpp"
 #include "results.hpp"
 
 namespace pulson {
@@ -80,7 +81,10 @@ void draw_modes(const AtlasResults& results, int modes, const draw::PictureFiles
 
 // Specimens by group; of no group last, without a name.
 std::vector<draw::ScorePlot::Group> plotted_groups(const AtlasResults& results, const Points& scores) {
-  std::vector<std::string> names = results.comparison ? results.comparison->names : std::vector<std::string>{""};
+  std::vector<std::string> names;
+  for (const std::string& name : results.groups)
+    if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  if (names.empty()) names.emplace_back();
   std::vector<draw::ScorePlot::Group> groups;
   for (const std::string& name : names) {
     std::vector<int> members;
@@ -139,11 +143,15 @@ void draw_scree(const AtlasResults& results, const draw::PictureFiles& files) {
       files);
 }
 
+// Of a model of one term, by momenta.
+std::string test_text(const ShapeModel& model) {
+  return fmt::format("R² {:.3f}, p {:.3g}", model.momenta.terms.front().r_squared, model.momenta.terms.front().p_value);
+}
+
 void draw_regression(const AtlasResults& results, const draw::PictureFiles& files) {
   const cohort::MomentumRegression& found = *results.regression;
   draw::ShapePanels picture = panels_of(
-      results.atlas,
-      fmt::format("Regression on {}: R² {:.3f}, p {:.3g}", results.covariate_name, found.r_squared, found.p_value));
+      results.atlas, fmt::format("Regression on {}: {}", results.covariate_name, test_text(results.model_of_covariate())));
   picture.shape_name = "predicted";
   picture.rows.emplace_back();
   for (const double value : results.shown_values) {
@@ -186,21 +194,21 @@ void draw_regression_scores(const AtlasResults& results, const draw::PictureFile
                     .x_label = results.covariate_name + " →",
                     .y_label = "score along the regression ↑",
                     .title = fmt::format("Regression on {}", results.covariate_name),
-                    .subtitle = fmt::format("R² {:.4f}, p {:.4g} by {} permutations", found.r_squared, found.p_value,
-                                            found.permutations),
+                    .subtitle = fmt::format("{} by {} permutations", test_text(results.model_of_covariate()),
+                                            results.model_of_covariate().momenta.permutations),
                     .same_scale = false},
                    files);
 }
 
 void draw_groups(const AtlasResults& results, const draw::PictureFiles& files) {
-  const cohort::GroupComparison& found = *results.comparison;
   draw::ShapePanels picture =
-      panels_of(results.atlas, fmt::format("Means of the groups: R² {:.3f}, p {:.3g}", found.r_squared, found.p_value));
+      panels_of(results.atlas, fmt::format("Means of the groups: {}", test_text(results.model_of_groups())));
   picture.shape_name = "mean of the group";
-  for (std::size_t g = 0; g < found.names.size(); ++g) {
+  for (std::size_t g = 0; g < results.means.size(); ++g) {
     if (g % 3 == 0) picture.rows.emplace_back();
-    picture.rows.back().push_back(panel_of(results.atlas, fmt::format("{} ({})", found.names[g], found.sizes[g]),
-                                           results.atlas.geodesic(found.means[g])));
+    const cohort::GroupMean& mean = results.means[g];
+    picture.rows.back().push_back(
+        panel_of(results.atlas, fmt::format("{} ({})", mean.name, mean.size), results.atlas.geodesic(mean.momenta)));
   }
   write_shape_panels(picture, files);
 }
@@ -212,7 +220,7 @@ Trajectory mode_path(const AtlasResults& results, int k, double deviations) {
   return results.atlas.geodesic(length * results.modes.directions[static_cast<std::size_t>(k)]);
 }
 
-std::vector<std::string> picture_stems(int dimension, bool has_regression, bool has_groups) {
+std::vector<std::string> AtlasPictures::stems() const {
   const bool has_shapes = dimension > 1;
   std::vector<std::string> stems;
   if (has_shapes) stems = {"template", "modes"};
@@ -220,12 +228,8 @@ std::vector<std::string> picture_stems(int dimension, bool has_regression, bool 
   if (has_shapes && has_regression) stems.emplace_back("regression");
   if (has_regression) stems.emplace_back("regression_scores");
   if (has_shapes && has_groups) stems.emplace_back("groups");
+  if (has_shapes && has_models) stems.emplace_back("coefficients");
   return stems;
-}
-
-std::vector<std::string> picture_stems(const AtlasResults& results) {
-  return picture_stems(results.atlas.template_shape.dimension(), results.regression.has_value(),
-                       results.comparison.has_value());
 }
 
 namespace {
@@ -247,12 +251,16 @@ void draw_picture(const std::string& stem, const AtlasResults& results, int mode
     draw_regression_scores(results, files);
   else if (stem == "groups")
     draw_groups(results, files);
+  else if (stem == "coefficients")
+    draw_coefficients(results, files);
 }
 
 }  // namespace
 
 void draw_atlas(const AtlasResults& results, int modes, RunResults& files) {
-  for (const std::string& stem : picture_stems(results))
+  const AtlasPictures pictures{results.atlas.template_shape.dimension(), results.regression.has_value(),
+                               !results.means.empty(), !results.models.empty()};
+  for (const std::string& stem : pictures.stems())
     files.draw(stem, [&](const draw::PictureFiles& of_stem) { draw_picture(stem, results, modes, of_stem); });
 }
 

@@ -59,35 +59,42 @@ Json specimen_json(const SpecimenRow& row) {
   return json;
 }
 
-Json regression_json(const AtlasResults& results) {
-  const cohort::MomentumRegression& found = *results.regression;
-  return {{"covariate", results.covariate_name},
-          {"specimens", found.specimens},
-          {"mean", found.mean},
-          {"r_squared", defined_or_null(found.r_squared)},
+// The test of a model of one term, by momenta.
+Json test_json(const ShapeModel& model) {
+  const cohort::TermTest& found = model.momenta.terms.front();
+  return {{"r_squared", defined_or_null(found.r_squared)},
           {"f", defined_or_null(found.f)},
           {"p_value", defined_or_null(found.p_value)},
-          {"permutations", found.permutations},
-          {"slope", landmarks(found.slope)},
-          {"intercept", landmarks(found.intercept)}};
+          {"permutations", model.momenta.permutations}};
 }
 
-Json groups_json(const cohort::GroupComparison& found) {
-  Json json{{"names", found.names},
-            {"sizes", found.sizes},
-            {"r_squared", defined_or_null(found.r_squared)},
-            {"f", defined_or_null(found.f)},
-            {"p_value", defined_or_null(found.p_value)},
-            {"permutations", found.permutations},
-            {"pairs", Json::array()},
-            {"means", Json::array()}};
-  for (const auto& pair : found.pairs)
-    json["pairs"].push_back(
-        {{"groups",
-          {found.names[static_cast<std::size_t>(pair.first)], found.names[static_cast<std::size_t>(pair.second)]}},
-         {"distance", pair.distance},
-         {"p_value", defined_or_null(pair.p_value)}});
-  for (const Points& mean : found.means) json["means"].push_back(landmarks(mean));
+Json regression_json(const AtlasResults& results) {
+  const cohort::MomentumRegression& found = *results.regression;
+  Json json{{"covariate", results.covariate_name}, {"specimens", found.specimens}, {"mean", found.mean}};
+  json.update(test_json(results.model_of_covariate()));
+  json["slope"] = landmarks(found.slope);
+  json["intercept"] = landmarks(found.intercept);
+  return json;
+}
+
+Json groups_json(const AtlasResults& results) {
+  const ShapeModel& model = results.model_of_groups();
+  Json json{{"names", Json::array()}, {"sizes", Json::array()}};
+  for (const cohort::GroupMean& mean : results.means) {
+    json["names"].push_back(mean.name);
+    json["sizes"].push_back(mean.size);
+  }
+  json.update(test_json(model));
+  json["pairs"] = Json::array();
+  const auto& groups = model.design.terms.front().groups;
+  for (const cohort::PairTest& pair : model.momenta.pairs)
+    json["pairs"].push_back({{"groups",
+                              {groups[static_cast<std::size_t>(pair.first)].name,
+                               groups[static_cast<std::size_t>(pair.second)].name}},
+                             {"distance", pair.distance},
+                             {"p_value", defined_or_null(pair.p_value)}});
+  json["means"] = Json::array();
+  for (const cohort::GroupMean& mean : results.means) json["means"].push_back(landmarks(mean.momenta));
   return json;
 }
 
@@ -114,7 +121,8 @@ std::string atlas_json(const AtlasResults& results) {
     for (const int a : common) json["procrustes"]["landmarks"].push_back(a + 1);
   for (const SpecimenRow& row : specimen_rows(results)) json["specimens"].push_back(specimen_json(row));
   if (results.regression) json["regression"] = regression_json(results);
-  if (results.comparison) json["groups"] = groups_json(*results.comparison);
+  if (!results.means.empty()) json["groups"] = groups_json(results);
+  if (!results.models.empty()) json["models"] = models_json(results);
   json["notes"] = in_option_words(results.notes);
   json["version"] = version();
   return records::record_text(json);
@@ -192,10 +200,6 @@ std::string momenta_npy(const AtlasResults& results) {
   const Points& q0 = results.atlas.template_shape.points;
   return formats::npy_bytes(
       all, {results.names.size(), static_cast<std::size_t>(q0.cols()), static_cast<std::size_t>(q0.rows())});
-}
-
-std::string groups_csv(const cohort::GroupComparison& comparison) {
-  return facts_csv(groups_facts(), groups_rows(comparison));
 }
 
 // The shapes of the regression at the values shown, a landmark in each row.

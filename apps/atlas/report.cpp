@@ -24,11 +24,12 @@ std::string lead(const AtlasResults& results) {
       "Template of {} shapes with {} landmarks in {}D. The first mode has {:.1f} % of the variance of the momenta.",
       atlas.specimens.size(), atlas.template_shape.count(), atlas.template_shape.dimension(),
       100 * results.modes.eigenvalues[0] / results.modes.total());
-  if (const auto& found = results.regression)
-    text += fmt::format(" Regression on {}: R² {:.3f}, p {:.3g}.", results.covariate_name, found->r_squared,
-                        found->p_value);
-  if (const auto& found = results.comparison)
-    text += fmt::format(" Groups: R² {:.3f}, p {:.3g}.", found->r_squared, found->p_value);
+  for (const ShapeModel& model : results.models)
+    for (std::size_t t = 0; t < model.design.terms.size(); ++t)
+      text += fmt::format(" {}: R² {:.3f}, p {:.3g} of Procrustes coordinates, {:.3f} and {:.3g} of momenta.",
+                          model.design.terms[t].label, model.procrustes.terms[t].r_squared,
+                          model.procrustes.terms[t].p_value, model.momenta.terms[t].r_squared,
+                          model.momenta.terms[t].p_value);
   if (!results.converged()) text += " The search did not converge.";
   return text;
 }
@@ -128,10 +129,17 @@ html::HtmlReport atlas_report(const AtlasResults& results, int modes, const RunR
   add("The regression", "regression");
   add("Scores along the regression", "regression_scores");
   add("Means of the groups", "groups");
-  if (results.comparison)
-    report.sections.push_back({"Groups",
-                               {report_table(groups_facts(), groups_rows(*results.comparison),
-                                             "Distances between the means, in the kernel's metric.")}});
+  add("Coefficients of the model", "coefficients");
+  if (!results.models.empty()) {
+    html::ReportSection tests{"Tests",
+                              {report_table(term_facts(), term_rows(results.models),
+                                            "Analysis of variance: sums of squares of type I, permutations of the "
+                                            "residuals of the model without the term and those after it.")}};
+    if (const std::vector<PairRow> pairs = pair_rows(results.models); !pairs.empty())
+      tests.blocks.emplace_back(
+          report_table(pair_facts(), pairs, "Distances between least-squares means, numbers at their means."));
+    report.sections.push_back(std::move(tests));
+  }
   report.sections.push_back({"Specimens", {specimen_table(results)}});
   return report;
 }

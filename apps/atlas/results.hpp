@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "atlas/shape_models.hpp"
 #include "pulson/cohort/atlas.hpp"
 #include "pulson/cohort/prediction.hpp"
 #include "pulson/cohort/statistics.hpp"
@@ -23,13 +24,16 @@ struct AtlasResults {
   std::vector<double> covariate;    ///< empty: none
   std::string covariate_name;
   std::vector<double> shown_values;  ///< of it, in pictures
-  std::optional<cohort::MomentumRegression> regression;
-  std::vector<std::string> groups;  ///< empty: none
-  std::optional<cohort::GroupComparison> comparison;
+  std::optional<cohort::MomentumRegression> regression;  ///< of --covariate
+  std::vector<std::string> groups;                       ///< of --groups or the model; empty: none
+  std::vector<cohort::GroupMean> means;                  ///< of --groups
+  std::vector<ShapeModel> models;                        ///< of --model, or of --covariate and of --groups
   std::vector<std::string> notes;
   double seconds = 0;
 
   bool converged() const;
+  const ShapeModel& model_of_covariate() const { return models.front(); }
+  const ShapeModel& model_of_groups() const { return models.back(); }
 };
 
 /// `atlas.json`
@@ -41,14 +45,17 @@ std::string modes_csv(const AtlasResults& results);
 std::string predicted_csv(const AtlasResults& results);
 std::string momenta_csv(const AtlasResults& results);
 std::string momenta_npy(const AtlasResults& results);
-std::string groups_csv(const cohort::GroupComparison& comparison);
 std::string regression_csv(const AtlasResults& results);
 
 void print_atlas(const AtlasResults& results);
 
 /// Names of the pictures, without extension: shapes on a line have none of shapes.
-std::vector<std::string> picture_stems(int dimension, bool has_regression, bool has_groups);
-std::vector<std::string> picture_stems(const AtlasResults& results);
+struct AtlasPictures {
+  int dimension = 2;
+  bool has_regression = false, has_groups = false, has_models = false;
+
+  std::vector<std::string> stems() const;
+};
 void draw_atlas(const AtlasResults& results, int modes, RunResults& files);
 
 /// @param files that were drawn before

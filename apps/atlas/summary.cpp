@@ -50,18 +50,7 @@ void print_atlas(const AtlasResults& results) {
   print_text("rms         median {:.4g}, largest {:.4g}; exp(log) error {:.2g} diameters\n", rms[rms.size() / 2],
              rms.back(), atlas.exp_log_error());
   print_text("modes       {}; of Procrustes coordinates {}\n", shares(results.modes), shares(results.procrustes.modes));
-  if (const auto& found = results.regression)
-    print_text("regression  on {}: R² {:.4f}, p {:.4g} by {} permutations, {}\n", results.covariate_name,
-               found->r_squared, found->p_value, found->permutations, counted(found->specimens, "specimen"));
-  if (const auto& found = results.comparison) {
-    print_text("groups      R² {:.4f}, p {:.4g} by {} permutations\n", found->r_squared, found->p_value,
-               found->permutations);
-    for (std::size_t i = 0; i < std::min<std::size_t>(10, found->pairs.size()); ++i) {
-      const auto& pair = found->pairs[i];
-      print_text("            {} – {}: distance {:.4g}, p {:.4g}\n", found->names[static_cast<std::size_t>(pair.first)],
-                 found->names[static_cast<std::size_t>(pair.second)], pair.distance, pair.p_value);
-    }
-  }
+  print_models(results);
   if (!results.predicted.empty()) {
     std::int64_t count = 0;
     for (const cohort::PredictedLandmarks& predicted : results.predicted) count += std::ssize(predicted.landmarks);

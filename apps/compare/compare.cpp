@@ -25,8 +25,9 @@ namespace {
 
 const std::vector<std::string> kComparisonFiles = {"comparison.json", "models.csv",    "shapes.csv",
                                                    "spectrum.csv",    "landmarks.csv", "source.csv",
-                                                   "aligned.csv",     "specimens.csv", "report.html"};
-const std::vector<std::string> kComparisonPictures = {"comparison", "noise_map"};
+                                                   "aligned.csv",     "specimens.csv", "checks.csv",
+                                                   "sigma.csv",       "report.html"};
+const std::vector<std::string> kComparisonPictures = {"comparison", "noise_map", "sigma"};
 
 std::string csv_of(const std::string& name, const std::vector<Landmarks>& shapes) {
   return formats::landmark_format_to_write(name).write(name, {"csv", shapes, {}, {}, {}}).text;
@@ -41,12 +42,16 @@ void write_comparison(const compare::Comparison& comparison, const compare::Coho
   staged.add("source.csv", formats::landmarks_csv(comparison.cohort.source));
   staged.add("aligned.csv", csv_of("aligned.csv", comparison.cohort.targets));
   staged.add("specimens.csv", specimens_csv(shapes));
+  if (comparison.models[comparison.best].checks) staged.add("checks.csv", checks_csv(comparison));
+  if (comparison.profile) staged.add("sigma.csv", sigma_csv(comparison));
   staged.commit("comparison.json", comparison_json(comparison, seconds));
   staged.draw("comparison", [&](const draw::PictureFiles& files) { write_chart(comparison_chart(comparison), files); });
   if (has_noise_map(comparison))
     staged.draw("noise_map", [&](const draw::PictureFiles& files) { write_noise_map(comparison, files); });
+  if (comparison.profile)
+    staged.draw("sigma", [&](const draw::PictureFiles& files) { write_chart(sigma_chart(comparison), files); });
   std::vector<std::filesystem::path> shown;
-  for (const char* stem : {"comparison", "noise_map"})
+  for (const char* stem : {"comparison", "sigma", "noise_map"})
     if (std::filesystem::path file = staged.shown(stem); !file.empty()) shown.push_back(std::move(file));
   staged.add_page([&] { return comparison_report(comparison, notes, seconds, shown); });
   staged.finish();

@@ -163,4 +163,35 @@ std::vector<ShapeRow> shape_rows(const std::vector<ModelRow>& models) {
   return rows;
 }
 
+const Facts<CheckRow>& check_facts() {
+  using R = CheckRow;
+  static const Facts<R> facts = {
+      {"noise", "model", "of the model that cohorts are drawn from", "", [](const R& r) { return shortened_spec(r.model->noise); }},
+      {"statistic", "statistic", "of a cohort", "", [](const R& r) { return r.statistic; }},
+      {"observed", "these shapes", "of these shapes", "{:.4g}", [](const R& r) { return r.check.observed; }},
+      {"low_90", "model, from", "lower end of the central 90 % of the cohorts drawn", "{:.4g}",
+       [](const R& r) { return r.check.low; }},
+      {"high_90", "to", "upper end", "{:.4g}", [](const R& r) { return r.check.high; }},
+      {"p_value", "p", "of two sides; of the landmarks, of all variances together", "{:.3g}",
+       [](const R& r) { return r.check.p_value; }}};
+  return facts;
+}
+
+std::vector<CheckRow> check_rows(const std::vector<ModelRow>& models, bool with_landmarks) {
+  std::vector<CheckRow> rows;
+  for (const ModelRow& row : models) {
+    if (!row.model->checks) continue;
+    const compare::PredictiveChecks& checks = *row.model->checks;
+    rows.push_back({row.model,
+                    "landmarks with a variance outside",
+                    {static_cast<double>(checks.outside), std::nan(""), std::nan(""), checks.variances_p}});
+    rows.push_back({row.model, "share of the first mode", checks.share});
+    rows.push_back({row.model, "mean energy score", checks.energy});
+    rows.push_back({row.model, "largest distance", checks.distance});
+    for (std::size_t a = 0; with_landmarks && a < checks.variances.size(); ++a)
+      rows.push_back({row.model, fmt::format("variance of landmark {}", a + 1), checks.variances[a]});
+  }
+  return rows;
+}
+
 }  // namespace pulson

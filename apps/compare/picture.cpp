@@ -8,6 +8,7 @@
 #include <fmt/core.h>
 
 #include "pulson/core/name_table.hpp"
+#include "sentences.hpp"
 #include "summary.hpp"
 
 namespace pulson {
@@ -136,13 +137,40 @@ charts::ChartPanel noise_displacements(const compare::Comparison& comparison) {
 
 charts::Chart comparison_chart(const compare::Comparison& comparison) {
   charts::Chart chart{
-      .title = as_title(verdict(comparison)),
+      .title = as_title(headline(comparison)),
       .subtitle = fmt::format("{} shape{} of {} landmarks, {}, {}", comparison.cohort.targets.size(),
                               comparison.cohort.targets.size() == 1 ? "" : "s", comparison.cohort.source.count(),
                               kernel_words(comparison.settings), sigma_words(comparison.settings)),
       .rows = {{scores(comparison), spectrum(comparison)}, {predictions(comparison), noise_displacements(comparison)}}};
   if (chart.rows[1][0].series.empty()) chart.rows[1].erase(chart.rows[1].begin());
   return chart;
+}
+
+charts::Chart sigma_chart(const compare::Comparison& comparison) {
+  const compare::SigmaProfile& profile = *comparison.profile;
+  charts::ChartPanel panel{.heading = "Score relative to the best model at that sigma (nats)",
+                           .x_label = "sigma, length units",
+                           .reference_lines = {{0, ""}, {-3, "3 nats"}},
+                           .log_x = true};
+  for (std::size_t m = 0; m < comparison.models.size(); ++m) {
+    charts::Series series{.name = name_of(comparison.models[m]),
+                          .x = {},
+                          .y = {},
+                          .style = charts::SeriesStyle::kLineAndPoints};
+    for (Eigen::Index k = 0; k < profile.sigma.size(); ++k) {
+      double best = profile.scores(k, static_cast<Eigen::Index>(m));
+      if (!std::isfinite(best)) continue;
+      for (const double score : profile.scores.row(k))
+        if (std::isfinite(score)) best = std::max(best, score);
+      series.x.push_back(profile.sigma[k]);
+      series.y.push_back(profile.scores(k, static_cast<Eigen::Index>(m)) - best);
+    }
+    if (!series.x.empty()) panel.series.push_back(std::move(series));
+  }
+  return {.title = as_title("the verdict " + sigma_range(comparison)),
+          .subtitle = fmt::format("half to twice the sigma of the best model, {:.3g}",
+                                  comparison.models[comparison.best].fit.sigma),
+          .rows = {{panel}}};
 }
 
 charts::Chart recovery_chart(const std::vector<compare::RecoveryRow>& rows, const std::vector<std::string>& candidates,

@@ -11,7 +11,9 @@
 #include "core/csv_table.hpp"
 #include "pulson/core/version.hpp"
 #include "records/record_text.hpp"
+#include "sentences.hpp"
 #include "shell/options.hpp"
+#include "summary.hpp"
 
 namespace pulson {
 namespace {
@@ -58,6 +60,24 @@ Json evidences(const compare::CohortFit& fit) {
   Json all = Json::array();
   for (const compare::ShapeFit& shape : fit.shapes) all.push_back(shape.log_evidence);
   return all;
+}
+
+Json check_json(const compare::PredictiveCheck& check) {
+  return defined_or_null({{"observed", check.observed},
+                          {"interval_90", {check.low, check.high}},
+                          {"p_value", check.p_value}});
+}
+
+Json checks_json(const compare::PredictiveChecks& checks) {
+  Json json{{"cohorts", checks.cohorts},
+            {"landmarks_outside", checks.outside},
+            {"variances_p", checks.variances_p},
+            {"first_share", check_json(checks.share)},
+            {"energy_score", check_json(checks.energy)},
+            {"largest_distance", check_json(checks.distance)},
+            {"variances", Json::array()}};
+  for (const compare::PredictiveCheck& check : checks.variances) json["variances"].push_back(check_json(check));
+  return json;
 }
 
 Json model_json(const compare::Comparison& comparison, const compare::ComparedModel& model) {
@@ -112,6 +132,8 @@ Json model_json(const compare::Comparison& comparison, const compare::ComparedMo
                                 {"flipped_triangles", estimate(paths->flipped_triangles)},
                                 {"matched", paths->matched},
                                 {"converged", paths->converged}};
+  json["checks"] = nullptr;
+  if (model.checks) json["checks"] = checks_json(*model.checks);
   json["spectrum"] = defined_or_null(numbers(model.spectrum));
   json["noise_displacement"] = numbers(model.noise_displacement);
   json["lost_samples"] = model.lost_samples;
@@ -142,6 +164,12 @@ std::string comparison_json(const compare::Comparison& comparison, double second
             {"version", version()}};
   for (const Eigen::VectorXd& weights : comparison.cohort.weights) json["weights"].push_back(numbers(weights));
   for (const compare::ComparedModel& model : comparison.models) json["models"].push_back(model_json(comparison, model));
+  json["verdict"] = {{"text", verdict(comparison)}, {"misfit", misfit(comparison)}, {"sigma", sigma_range(comparison)}};
+  if (comparison.profile) {
+    json["sigma_profile"] = {{"sigma", numbers(comparison.profile->sigma)}, {"scores", Json::array()}};
+    for (const auto& row : comparison.profile->scores.rowwise())
+      json["sigma_profile"]["scores"].push_back(defined_or_null(numbers(row.transpose())));
+  }
   return records::record_text(json);
 }
 
@@ -182,6 +210,20 @@ std::string models_csv(const compare::Comparison& comparison) {
       end_row();
     }
   }
+  return std::move(table).take();
+}
+
+std::string checks_csv(const compare::Comparison& comparison) {
+  return facts_csv(check_facts(), check_rows(model_rows(comparison), true));
+}
+
+std::string sigma_csv(const compare::Comparison& comparison) {
+  text::CsvTable table{"noise", "sigma", "score"};
+  for (std::size_t m = 0; m < comparison.models.size(); ++m)
+    for (Eigen::Index k = 0; k < comparison.profile->sigma.size(); ++k)
+      table.text(comparison.models[m].noise)
+          .numbers(comparison.profile->sigma[k], comparison.profile->scores(k, static_cast<Eigen::Index>(m)))
+          .end_row();
   return std::move(table).take();
 }
 

@@ -19,6 +19,10 @@ std::string shapes_csv(const compare::Comparison& comparison);
 std::string models_csv(const compare::Comparison& comparison);
 
 /// The variance of the displacements along each eigenvector of the kernel, observed and by each model, a line each.
+/// Statistics of the shapes beside those of cohorts drawn from the models.
+std::string checks_csv(const compare::Comparison& comparison);
+/// The score of each model over sigma. @param comparison with a profile
+std::string sigma_csv(const compare::Comparison& comparison);
 std::string spectrum_csv(const compare::Comparison& comparison);
 
 /// The displacement of each landmark by the noise of each model, root mean square over the shapes, a line each.

@@ -9,6 +9,7 @@
 
 #include "compare/facts.hpp"
 #include "pulson/core/name_table.hpp"
+#include "sentences.hpp"
 #include "shell/messages.hpp"
 
 namespace pulson {
@@ -157,6 +158,9 @@ void print_comparison(const compare::Comparison& comparison) {
   print_text("\nfitted\n");
   for (const ModelRow& row : rows) print_fitted(*row.model);
   print_text("\nverdict    {}\n", verdict(comparison));
+  if (const std::string wrong = misfit(comparison); !wrong.empty()) print_text("misfit     {}\n", wrong);
+  if (const std::string range = sigma_range(comparison); !range.empty())
+    print_text("sigma      the verdict {} ({:.1f} s)\n", range, comparison.profile->seconds);
 }
 
 void print_recovery(const std::vector<compare::RecoveryRow>& rows, const std::vector<std::string>& candidates,

@@ -27,7 +27,8 @@ void print_columns() {
   print_facts("atlas: atlas.json", atlas_facts());
   print_facts("atlas: specimens.csv, \"specimens\" of atlas.json", specimen_facts());
   print_facts("atlas: modes.csv", mode_facts());
-  print_facts("atlas: groups.csv", groups_facts());
+  print_facts("atlas: model.csv", term_facts());
+  print_facts("atlas: pairs.csv", pair_facts());
   print_facts("audit: audit.csv, \"findings\" of audit.json", finding_facts());
   print_facts("audit --repeats: \"repeats.landmarks\" of audit.json", repeat_facts());
   print_facts("compare: models.csv, \"models\" of comparison.json", model_facts());

@@ -224,15 +224,22 @@ void name_rows(const std::string& file, std::vector<CsvRecord>& records) {
                  fmt::format("has {} fields, more than the {} of the header", row.fields.size(), header.fields.size()));
 }
 
+// With a name for each column, and at least one row.
+std::vector<CsvRecord> named_records(const std::string& file) {
+  const std::string contents = text::read_text_file(file);
+  std::vector<CsvRecord> records = formats::csv_records(file, contents);
+  if (records.size() < 2) throw InputError(fmt::format("{}: there are no rows below a header", file));
+  name_rows(file, records);
+  return records;
+}
+
 }  // namespace
 
 std::vector<std::string> column_of_table(const SpecimenTable& table, const std::vector<Landmarks>& shapes,
                                          std::vector<std::string>& notes) {
-  const Address address = parse_address(table.address, table.option);
-  const std::string contents = text::read_text_file(address.file);
-  std::vector<CsvRecord> records = formats::csv_records(address.file, contents);
-  if (records.size() < 2) throw InputError(fmt::format("{}: there are no rows below a header", address.file));
-  name_rows(address.file, records);
+  const Address address =
+      table.column.empty() ? parse_address(table.address, table.option) : Address{table.address, table.column};
+  const std::vector<CsvRecord> records = named_records(address.file);
   const std::size_t column = find_column(records.front(), address);
   std::vector<std::string> values;
   for (const int row : SpecimenRows(address, records, column, shapes).find(table.by_order, notes))
@@ -257,6 +264,31 @@ Eigen::VectorXd numbers_of_table(const SpecimenTable& table, const std::vector<L
   return numbers;
 }
 
+std::vector<std::string> columns_in_table(const std::string& file) { return named_records(file).front().fields; }
+
+bool has_name(const std::vector<std::string>& names, const std::string& name) {
+  return std::any_of(names.begin(), names.end(), [&](const std::string& known) {
+    return known == name || formats::plain_name(known) == formats::plain_name(name);
+  });
+}
+
+std::vector<std::string> properties_of(const std::vector<Landmarks>& shapes) {
+  std::set<std::string> known;
+  for (const Landmarks& shape : shapes)
+    for (const auto& [name, value] : shape.properties) known.insert(name);
+  return {known.begin(), known.end()};
+}
+
+std::vector<std::string> property_of(const std::vector<Landmarks>& shapes, const std::string& name) {
+  std::vector<std::string> fields;
+  for (const Landmarks& shape : shapes) {
+    fields.emplace_back();
+    for (const auto& [known, value] : shape.properties)
+      if (text::to_lower(known) == text::to_lower(name)) fields.back() = value;
+  }
+  return fields;
+}
+
 std::vector<std::string> groups_of(const SpecimenTable& table, const std::vector<Landmarks>& shapes,
                                    std::vector<std::string>& notes) {
   const std::string& address = table.address;
@@ -266,15 +298,8 @@ std::vector<std::string> groups_of(const SpecimenTable& table, const std::vector
       if (text::is_missing(text::trim(name))) name.clear();
     return groups;
   }
-  std::vector<std::string> groups;
-  std::set<std::string> known;
-  for (const Landmarks& shape : shapes) {
-    groups.emplace_back();
-    for (const auto& [name, value] : shape.properties) {
-      known.insert(name);
-      if (text::to_lower(name) == text::to_lower(address)) groups.back() = value;
-    }
-  }
+  std::vector<std::string> groups = property_of(shapes, address);
+  const std::vector<std::string> known = properties_of(shapes);
   if (std::all_of(groups.begin(), groups.end(), [](const std::string& name) { return name.empty(); }))
     throw InputError(fmt::format(
         "--groups is '{}'; it must be FILE.csv:COLUMN{}", address,

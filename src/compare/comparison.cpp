@@ -30,6 +30,7 @@ constexpr double kConfounded = 0.9;
 constexpr double kMuchDistant = 0.1;
 constexpr double kSameEvidence = 0.1;  // nats that two evidences may differ by, beside their errors, without a note
 constexpr double kWorstRhat = 1.05;    // of the log likelihood of a shape
+constexpr std::size_t kFewestToCheck = 4;
 
 // Eigenvectors of K(q0) in the order of falling eigenvalues.
 struct KernelBasis {
@@ -289,6 +290,22 @@ void add_notes_of_data(Comparison& comparison) {
         std::sqrt(square / count), sigma));
 }
 
+// The best model, and the others where it does not explain the shapes.
+void check_models(Comparison& comparison, const CohortShapes& shapes) {
+  const auto check = [&](ComparedModel& model) {
+    try {
+      model.checks = check_predictions(shapes, comparison.cohort, model.fit, comparison.settings);
+    } catch (const NumericalError& error) {
+      comparison.notes.push_back(fmt::format("{}: not checked: {}", model.noise, error.what()));
+    }
+  };
+  ComparedModel& best = comparison.models[comparison.best];
+  check(best);
+  if (!best.checks || best.checks->unexplained().empty()) return;
+  for (ComparedModel& model : comparison.models)
+    if (&model != &best && std::isfinite(model.score)) check(model);
+}
+
 void add_notes(Comparison& comparison, const CompareOptions& options) {
   auto& notes = comparison.notes;
   add_notes_of_data(comparison);
@@ -375,6 +392,10 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
   if (!sampled && take_the_same_evidence(comparison.models)) same.settings.importance_samples = 0;
   rank(comparison);
   test_against_none(comparison, noises, same);
+  if (options.checks && shapes.targets.size() >= kFewestToCheck) {
+    check_models(comparison, shapes);
+    if (noises.size() > 1) comparison.profile = profile_sigma(comparison, noises);
+  }
   add_notes(comparison, options);
   return comparison;
 }

@@ -100,7 +100,7 @@ TEST_F(AtlasProgram, ACovariateAndGroupsOfATableBelongToSpecimensByName) {
   EXPECT_EQ(json["groups"]["sizes"], (std::vector<int>{4, 4}));
   EXPECT_THAT(contents("out/scores.csv"), HasSubstr("specimen,group,\"length\",PC1"));
   EXPECT_EQ(count_lines(contents("out/regression.csv")), 3 * 19 + 1);
-  EXPECT_EQ(count_lines(contents("out/groups.csv")), 2);
+  EXPECT_EQ(count_lines(contents("out/pairs.csv")), 2);
 }
 
 TEST_F(AtlasProgram, PredictsWhatIsMissing) {

@@ -115,6 +115,7 @@ TEST_F(PathsOfProgram, WithoutAnEndAreNotRead) {
                            "atlas pipe -o out",
                            "atlas c.tps -o out --covariate pipe:x",
                            "atlas c.tps -o out --groups /dev/zero:x",
+                           "atlas c.tps -o out --model x --data pipe",
                            "simulate --shape pipe -o out",
                            "simulate --from pipe -o out",
                            "simulate --from e.json -o out",

@@ -8,7 +8,7 @@ pulson_atlas <- function(shapes, data = NULL, ..., out = NULL) {
   call <- if (inherits(shapes, "formula")) shapes_of_formula(shapes, data, parent.frame()) else list(shapes = shapes)
   if (is.null(call$terms) && !is.null(data))
     raise("input_error", "data: it is for a formula, as in pulson_atlas(shape ~ log(size), data)")
-  taken <- intersect(names(options), c("covariate", "groups"))
+  taken <- intersect(names(options), c("covariate", "groups", "model", "data"))
   if (length(call$terms) > 0 && length(taken) > 0)
     raise("input_error", sprintf("%s: the formula says it; leave it out", taken[1]))
   cohort <- shape_argument(call$shapes, "shapes", work)
@@ -22,8 +22,7 @@ pulson_atlas <- function(shapes, data = NULL, ..., out = NULL) {
   atlas_of(folder, printed, call)
 }
 
-# The columns of a formula: each number is a covariate, each factor a grouping; one of each at most, since the program
-# has no more.
+# The variables of a formula, evaluated, and its terms as sets of them.
 shapes_of_formula <- function(formula, data, frame) {
   unsupported <- function(...) raise("input_error", paste0("formula: ", sprintf(...)))
   if (length(formula) != 3) unsupported("shapes are needed on its left, as in shape ~ log(size)")
@@ -34,9 +33,8 @@ shapes_of_formula <- function(formula, data, frame) {
                     error = function(e) unsupported("%s", conditionMessage(e)))
   if (!is.null(attr(right, "offset"))) unsupported("it has an offset, which an atlas does not")
   if (attr(right, "intercept") == 0) unsupported("it has no intercept, and the regression of an atlas has one")
-  labels <- attr(right, "term.labels")
-  if (any(attr(right, "order") > 1))
-    unsupported("%s is an interaction; an atlas has main effects alone", labels[attr(right, "order") > 1][1])
+  factors <- attr(right, "factors")
+  labels <- rownames(factors)
   values <- lapply(labels, function(label) {
     value <- tryCatch(eval(str2lang(label), held, environment(formula)), error = function(e)
       unsupported("%s%s", conditionMessage(e), if (grepl("'size'|'Csize'", conditionMessage(e)))
@@ -47,45 +45,71 @@ shapes_of_formula <- function(formula, data, frame) {
     unsupported("%s is a %s; a column of numbers or a factor is needed", label, class(value)[1])
   })
   names(values) <- labels
-  list(shapes = shapes, terms = values)
+  members <- lapply(seq_len(NCOL(factors)), function(term) labels[factors[, term] > 0])
+  list(shapes = shapes, terms = if (length(values) > 0) values, members = members)
 }
 
 regression_words <- function(call, cohort, work) {
   refuse <- function(...) raise("input_error", paste0("formula: ", sprintf(...)))
   if (is.null(cohort$shapes)) refuse("its left side is a file; pulson_read() makes an array of it")
-  is_group <- vapply(call$terms, is.factor, NA)
-  if (sum(is_group) > 1 || sum(!is_group) > 1)
-    refuse("it has %d %s; an atlas has one covariate and one grouping, each fitted by itself",
-           max(sum(is_group), sum(!is_group)), if (sum(is_group) > 1) "factors" else "covariates")
   count <- length(cohort$shapes$points)
-  table <- data.frame(specimen = cohort$shapes$names, check.names = FALSE)
-  for (term in names(call$terms)) {
-    value <- call$terms[[term]]
-    if (length(value) != count) refuse("%s has %d values for %d specimens", term, length(value), count)
+  cell <- function(column) paste0("\"", gsub("\"", "\"\"", enc2utf8(as.character(column))), "\"")
+  cells <- list(cell(cohort$shapes$names))
+  for (variable in names(call$terms)) {
+    value <- call$terms[[variable]]
+    if (length(value) != count) refuse("%s has %d values for %d specimens", variable, length(value), count)
     known <- names(value)
     if (!is.null(known) && !identical(known, cohort$shapes$names)) {
       if (!setequal(known, cohort$shapes$names) || anyDuplicated(known)) {
-        note(sprintf("the names of %s are not those of the specimens: its values are taken by their order", term))
+        note(sprintf("the names of %s are not those of the specimens: its values are taken by their order", variable))
       } else {
         value <- value[match(cohort$shapes$names, known)]
       }
     }
-    if (is.numeric(value) && any(is.infinite(value))) refuse("%s has an infinite value", term)
-    table[[if (is.factor(value)) "group" else "covariate"]] <-
-      if (is.factor(value)) as.character(value) else ifelse(is.na(value), "NA", sprintf("%.17g", value))
+    if (is.numeric(value) && any(is.infinite(value))) refuse("%s has an infinite value", variable)
+    cells[[length(cells) + 1]] <- if (is.factor(value)) {
+      ifelse(is.na(value), "NA", cell(value))
+    } else {
+      ifelse(is.na(value), "NA", sprintf("%.17g", value))
+    }
   }
-  if (sum(is_group) == 1 && sum(!is_group) == 1)
-    note("covariate and groups are each fitted by itself, not one given the other")
   path <- file.path(work, "data.csv")
   connection <- file(path, "wb", encoding = "bytes")
-  cells <- lapply(table, function(column) paste0("\"", gsub("\"", "\"\"", enc2utf8(as.character(column))), "\""))
-  cells$covariate <- table$covariate
-  text <- c(paste(names(cells), collapse = ","), do.call(paste, c(cells, sep = ",")))
-  writeLines(text, connection, useBytes = TRUE)
+  header <- paste(c("specimen", cell(names(call$terms))), collapse = ",")
+  writeLines(c(header, do.call(paste, c(cells, sep = ","))), connection, useBytes = TRUE)
   close(connection)
-  c(if (any(!is_group)) paste0("--covariate=", path, ":covariate"),
-    if (any(is_group)) paste0("--groups=", path, ":group"),
-    if (anyDuplicated(cohort$shapes$names)) "--by-order")
+  c(model_words(call, path), if (anyDuplicated(cohort$shapes$names)) "--by-order")
+}
+
+# A single variable as --covariate or --groups, whose geodesics and means the program gives too; else the formula.
+model_words <- function(call, path) {
+  is_group <- vapply(call$terms, is.factor, NA)
+  labels <- names(call$terms)
+  if (any(grepl("`", labels, fixed = TRUE))) raise("input_error", "formula: a name in it has a backtick")
+  if (length(call$members) == 1 && length(labels) == 1 && !grepl(":", labels, fixed = TRUE))
+    return(paste0(if (is_group) "--groups=" else "--covariate=", path, ":", labels))
+  variables <- ifelse(is_group, sprintf("factor(`%s`)", labels), sprintf("`%s`", labels))
+  names(variables) <- labels
+  formula <- paste(vapply(call$members, function(term) paste(variables[term], collapse = ":"), ""), collapse = " + ")
+  c(paste0("--model=", formula), paste0("--data=", path))
+}
+
+# Texts of the program with the factors as the formula has them.
+with_labels <- function(texts, call) {
+  for (label in names(Filter(is.factor, call$terms)))
+    texts <- gsub(sprintf("factor(%s)", label), label, texts, fixed = TRUE)
+  texts
+}
+
+# The analysis of variance, pairs of groups and coefficients of a formula.
+model_tables <- function(folder, call) {
+  read <- function(name, columns) {
+    table <- read_table(file.path(folder, name))
+    for (column in columns) table[[column]] <- with_labels(table[[column]], call)
+    table
+  }
+  list(anova = read("model.csv", c("model", "term")), pairs = read("pairs.csv", c("model", "term")),
+       coefficients = read("coefficients.csv", c("model", "coefficient")))
 }
 
 atlas_of <- function(folder, printed, call) {
@@ -112,14 +136,13 @@ atlas_of <- function(folder, printed, call) {
                  aligned = table_points(aligned, names, labels), kernel = values$kernel, lambda = values$lambda,
                  sigma = values$sigma, converged = values$converged, regression = values$regression,
                  groups = values$groups, terms = call$terms, record = values, printed = printed)
-  covariate <- Filter(Negate(is.factor), call$terms)
-  if (length(covariate) == 1) result$regression$covariate <- names(covariate)
+  if (length(call$terms) > 0) result <- c(result, model_tables(folder, call))
   if (!is.null(result$regression)) {
+    if (length(call$terms) > 0) result$regression$covariate <- names(call$terms)
     result$regression$slope <- as_points(result$regression$slope, labels)
     result$regression$intercept <- as_points(result$regression$intercept, labels)
   }
-  grouping <- Filter(is.factor, call$terms)
-  if (length(grouping) == 1) result$groups$term <- names(grouping)
+  if (!is.null(result$groups) && length(call$terms) > 0) result$groups$term <- names(call$terms)
   if (!is.null(scores$group)) result$group <- scores$group
   complete <- file.path(folder, "complete.csv")
   if (file.exists(complete)) {
@@ -186,18 +209,24 @@ print.pulson_atlas <- function(x, ...) {
   parts <- x$modes$eigenvalues / sum(x$modes$eigenvalues)
   shown <- seq_len(min(5, length(parts)))
   cat(sprintf("modes    %s %% of the variance\n", paste(sprintf("%.1f", 100 * parts[shown]), collapse = ", ")))
-  if (!is.null(x$regression))
-    cat(sprintf("on %s  R2 %s, p %s (%d permutations)\n", x$regression$covariate, four(x$regression$r_squared),
-                four(x$regression$p_value), x$regression$permutations))
-  if (!is.null(x$groups))
-    cat(sprintf("groups   %s: R2 %s, p %s (%d permutations)\n",
-                if (is.null(x$groups$term)) paste(x$groups$names, collapse = ", ") else x$groups$term,
-                four(x$groups$r_squared), four(x$groups$p_value), x$groups$permutations))
+  if (!is.null(x$anova)) print_anova(x)
   if (!is.null(x$predicted))
     cat(sprintf("missing  %d landmarks of %d specimens are predicted: $complete, $predicted\n", nrow(x$predicted),
                 length(unique(x$predicted$specimen))))
   if (!isTRUE(x$converged)) cat("NOT CONVERGED\n")
   invisible(x)
+}
+
+print_anova <- function(x) {
+  table <- x$anova[x$anova$term != "total", ]
+  columns <- c("df", "procrustes_r_squared", "procrustes_f", "procrustes_z", "procrustes_p_value", "r_squared", "f", "z",
+               "p_value")
+  shown <- format(table[columns], digits = 4)
+  shown[is.na(table[columns])] <- ""
+  dimnames(shown) <- list(make.unique(table$term), c("Df", "R2", "F", "Z", "p", "momenta R2", "F", "Z", "p"))
+  cat(sprintf("model    %s, %s permutations; Procrustes coordinates, then momenta\n", table$model[1],
+              x$record$models$permutations[1]))
+  print(shown)
 }
 
 four <- function(x) if (is.null(x) || is.na(x)) "NA" else format(x, digits = 4)

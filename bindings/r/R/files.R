@@ -48,7 +48,7 @@ exact_numbers <- function(text) {
 }
 
 text_columns <- c("specimen", "label", "name", "folder", "group", "source", "kind", "noise", "asked", "first", "second",
-                  "detail", "error", "landmarks", "number")
+                  "detail", "error", "landmarks", "number", "model", "term", "coefficient")
 # A table of the program: texts, numbers to the last digit, and TRUE for 1 in the columns `truths`.
 read_table <- function(path, truths = character()) {
   lines <- readLines(path, encoding = "UTF-8", warn = FALSE)

@@ -45,25 +45,34 @@ form <- rep(c("long, thin", "wide"), 4)
 called <- quietly(pulson_atlas(coords ~ log(size) + form, list(coords = leaves, size = size, form = factor(form)),
                                permutations = 99))
 invisible(write_cohort(leaves, at("leaves.csv")))
-utils::write.csv(data.frame(specimen = dimnames(leaves)[[3]], covariate = sprintf("%.17g", log(size)), group = form),
+utils::write.csv(data.frame(specimen = dimnames(leaves)[[3]], size = sprintf("%.17g", size), form = form),
                  at("data.csv"), row.names = FALSE)
-stopifnot(program("atlas", at("leaves.csv"), "-o", at("atlas"), "--no-picture", "--permutations", "99", "--covariate",
-                  paste0(at("data.csv"), ":covariate"), "--groups", paste0(at("data.csv"), ":group"))$code == 0)
+stopifnot(program("atlas", at("leaves.csv"), "-o", at("atlas"), "--no-picture", "--permutations", "99", "--model",
+                  "log(size) + form", "--data", at("data.csv"))$code == 0)
 plain <- record(at("atlas", "atlas.json"))
 keys(called$record, plain, c("template", "kernel", "lambda", "sigma"))
 same(called$modes$scores, plain$modes$scores)
 same(called$procrustes$scores, plain$procrustes$scores)
-same(called$regression$r_squared, plain$regression$r_squared)
-same(called$regression$p_value, plain$regression$p_value)
-same(called$groups$p_value, plain$groups$p_value)
+table <- utils::read.csv(at("atlas", "model.csv"))
+stopifnot(identical(called$anova$term, table$term), identical(called$anova$model, table$model),
+          all.equal(called$anova$procrustes_ss, table$procrustes_ss, tolerance = 1e-12),
+          identical(called$anova$p_value, table$p_value), called$pairs$first == "long, thin",
+          unique(called$coefficients$coefficient) == c("log(size)", "formwide"))
+# Sums of squares are those of R's own least squares.
+plain_anova <- sapply(list(~ 1, ~ log(size), ~ log(size) + form), function(f)
+  sum(stats::lm.fit(stats::model.matrix(f), called$procrustes$scores)$residuals^2))
+stopifnot(all.equal(called$anova$procrustes_ss[1:2], -diff(plain_anova)))
 third <- utils::read.csv(at("atlas", "momenta.csv"))$specimen == "leaf_3"
 same(called$momenta[, "X", "leaf_3"], column(at("atlas", "momenta.csv"), "px")[third])
 same(called$momenta[, "Y", "leaf_3"], column(at("atlas", "momenta.csv"), "py")[third])
-stopifnot(identical(rownames(called$modes$scores), dimnames(leaves)[[3]]), called$regression$covariate == "log(size)",
-          called$groups$term == "form", identical(called$group, form),
+alone <- quietly(pulson_atlas(leaves ~ log(size), permutations = 9))
+grouped <- quietly(pulson_atlas(leaves ~ form, permutations = 9))
+crossed <- quietly(pulson_atlas(leaves ~ size * form, permutations = 9))
+stopifnot(identical(rownames(called$modes$scores), dimnames(leaves)[[3]]), alone$regression$covariate == "log(size)",
+          grouped$groups$term == "form", identical(called$group, form), identical(alone$anova$term[1], "log(size)"),
+          identical(crossed$anova$term[1:3], c("size", "form", "size:form")),
           ncol(as.data.frame(called)) == ncol(called$specimens) + ncol(called$modes$scores))
-fails(pulson_atlas(leaves ~ size * form), "pulson_input_error", "interaction")
-fails(pulson_atlas(leaves ~ size + log(size)), "pulson_input_error", "2 covariates")
+fails(pulson_atlas(leaves ~ size + I(2 * size)), "pulson_input_error", "combination of the terms before it")
 fails(pulson_atlas(leaves ~ size + offset(size)), "pulson_input_error", "offset")
 fails(pulson_atlas(leaves ~ size - 1), "pulson_input_error", "intercept")
 fails(pulson_atlas(~ size), "pulson_input_error", "shape ~ log(size)")

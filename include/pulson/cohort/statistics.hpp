@@ -45,48 +45,29 @@ struct PermutationOptions {
   std::uint64_t seed = 1;
 };
 
-/// Momenta that are linear in a covariate: a geodesic through the template for each value.
+/// Momenta that are linear in a covariate: a geodesic through the template for each value. test_model() tests them.
 struct MomentumRegression {
-  Points slope;          ///< d×N, momenta per unit of the covariate
-  Points intercept;      ///< d×N: where the covariate is `mean`
-  double mean = 0;       ///< of the covariate
-  double r_squared = 0;  ///< of the variance in the metric of the kernel
-  double f = 0;          ///< r²(n − 2)/(1 − r²)
-  /// Part of the permutations of the covariate, the one observed included, that have as large a value of r².
-  double p_value = 1;
+  Points slope;       ///< d×N, momenta per unit of the covariate
+  Points intercept;   ///< d×N: where the covariate is `mean`
+  double mean = 0;    ///< of the covariate
   int specimens = 0;  ///< that have a value
-  int permutations = 0;
 
   Points momenta(double covariate) const { return intercept + (covariate - mean) * slope; }
 };
 
 /// @param covariate n numbers, NaN where a specimen has none @throws InputError where fewer than three have one, or all
 /// the same
-MomentumRegression regress_momenta(const Atlas& atlas, const Eigen::VectorXd& covariate,
-                                   const PermutationOptions& options = {});
+MomentumRegression regress_momenta(const Atlas& atlas, const Eigen::VectorXd& covariate);
 
-/// Whether the means of groups differ, in the metric of the kernel at the template.
-struct GroupComparison {
-  struct Pair {
-    int first, second;  ///< groups
-    double distance;    ///< |p̄_first − p̄_second|, length units
-    double p_value;     ///< by permutations within the two
-  };
-
-  std::vector<std::string> names;  ///< of the groups, in order of appearance
-  std::vector<int> sizes;
-  std::vector<Points> means;  ///< momenta, d×N each
-  double r_squared = 0;       ///< sum of squares between groups over that of all
-  double f = 0;               ///< r²(n − g)/((1 − r²)(g − 1))
-  double p_value = 1;         ///< as of MomentumRegression
-  int permutations = 0;
-  std::vector<Pair> pairs;
+/// A group of specimens.
+struct GroupMean {
+  std::string name;
+  int size = 0;
+  Points momenta;  ///< d×N, their mean
 };
 
-/// @param groups n names; specimens with an empty one are left out @throws InputError where there are fewer than two
-/// groups, or as many as specimens
-GroupComparison compare_groups(const Atlas& atlas, const std::vector<std::string>& groups,
-                               const PermutationOptions& options = {});
+/// In order of appearance. @param groups n names; specimens with an empty one are left out
+std::vector<GroupMean> group_means(const Atlas& atlas, const std::vector<std::string>& groups);
 
 /// The permutation number `index` of 0 … size − 1: a function of these and the seed.
 std::vector<int> random_permutation(std::uint64_t seed, std::uint64_t index, int size);

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "pulson/compare/cohort_fit.hpp"
+#include "pulson/compare/predictive_checks.hpp"
+#include "pulson/compare/sigma_profile.hpp"
 #include "pulson/core/estimate.hpp"
 
 namespace pulson::compare {
@@ -72,6 +74,9 @@ struct CompareOptions {
   bool sampled_evidence =
       false;          ///< whether models are ranked by the evidence of Markov chains at their fitted numbers
   int bootstrap = 0;  ///< cohorts drawn without noise for each p-value; 0: from its limit for many shapes
+  /// Whether the best model is checked by the cohorts that it draws, the others where it fails, and the verdict over σ;
+  /// of four shapes or more.
+  bool checks = true;
   /// Called before each model is fitted, for progress.
   std::function<void(int model, const std::string& noise)> on_model{};
 };
@@ -105,7 +110,8 @@ struct ComparedModel {
   Eigen::VectorXd spectrum;  ///< N: variance of a coordinate of the displacements along each eigenvector, predicted
   Eigen::VectorXd
       noise_displacement;  ///< N: displacement of each landmark by the noise, root mean square over the shapes
-  int lost_samples = 0;    ///< forward samples without a path
+  std::optional<PredictiveChecks> checks{};  ///< of the best model, of the others where that fails
+  int lost_samples = 0;                      ///< forward samples without a path
   double seconds = 0;
 };
 
@@ -120,6 +126,7 @@ struct Comparison {
   /// the complete shapes.
   Eigen::VectorXd observed, observed_error;
   std::vector<std::string> notes;  ///< what a user should know, a line each
+  std::optional<SigmaProfile> profile{};
 };
 
 /// Fits every noise model to the same shapes with the same kernel and σ, and ranks them by score(): the log-evidence

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "pulson/noise/noise_table.hpp"
+
+namespace pulson::compare {
+
+struct Comparison;
+
+/// The scores of all models if σ were known, over σ.
+struct SigmaProfile {
+  Eigen::VectorXd sigma;   ///< length units, increasing, from half to twice that of the best model
+  Eigen::MatrixXd scores;  ///< [σ][model], nats; NaN where a model has no evidence there
+  double seconds = 0;      ///< that it took
+
+  /// Models that the shapes do not tell apart at a σ: those whose score is at most 3, or two standard errors of the
+  /// difference, below the greatest. By names.
+  struct Range {
+    double low = 0, high = 0;  ///< of σ
+    std::vector<std::size_t> models;
+    bool has_noise = true;  ///< false: a model without noise is among them
+  };
+  /// From the least to the greatest σ. Neighbours differ in the models that are ahead where these have noise, and in
+  /// whether they have. Borders are where the difference passes, linear in log σ between places.
+  std::vector<Range> ranges(const Comparison& comparison) const;
+};
+
+/// At 5 values of σ a factor of √2 apart, from that of the fit outwards. At each, matches and numbers in turn, by the
+/// models linear about the matches; the evidence is Laplace's, shifted to the score of the fit.
+/// @param noises as compared
+SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<NoiseChoice>& noises);
+
+}  // namespace pulson::compare

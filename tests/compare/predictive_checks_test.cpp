@@ -1,0 +1,86 @@
+#include "pulson/compare/predictive_checks.hpp"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cohort_examples.hpp"
+#include "pulson/compare/comparison.hpp"
+#include "random/normals.hpp"
+
+namespace pulson::compare {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+CohortFit fit_of(const CohortSettings& settings) {
+  CohortFit fit;
+  fit.kernel = settings.kernel.spec();
+  fit.noise = "none";
+  fit.lambda = 50;
+  fit.sigma = settings.sigma.in(2);
+  return fit;
+}
+
+CohortShapes shapes_of(std::vector<Landmarks> targets) { return {{}, std::move(targets), AlignmentKind::kSimilarity}; }
+
+// Of 20 cohorts five or more are refused in 3 of 1000 at the stated level of 5 %.
+TEST(PredictiveChecks, SeldomRefuseTheModelThatDrewTheShapes) {
+  const CohortSettings settings = cohort_settings();
+  int refused = 0, landmarks_outside = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const CohortShapes shapes = shapes_of(drawn_shapes(oval(8), "none", 50, settings, 12, 900 + 10 * seed));
+    const PredictiveChecks found = check_predictions(shapes, shapes.cohort(), fit_of(settings), settings, 99);
+    if (!found.unexplained().empty()) ++refused;
+    landmarks_outside += found.outside;
+  }
+  EXPECT_LE(refused, 4);
+  // 10 % of 160, whose standard error is at most that of 20 independent cohorts, √(20·8²·0.09)
+  EXPECT_NEAR(landmarks_outside, 16, 2 * std::sqrt(20 * 64 * 0.09));
+}
+
+TEST(PredictiveChecks, NameALandmarkThatVariesTooMuch) {
+  const CohortSettings settings = cohort_settings();
+  std::vector<Landmarks> targets = drawn_shapes(oval(8), "none", 50, settings, 20, 77);
+  const Eigen::VectorXd more = standard_normals(5, 0, 40, 1);
+  for (Eigen::Index s = 0; s < 20; ++s) targets[static_cast<std::size_t>(s)].points.col(2) += 0.5 * more.segment(2 * s, 2);
+  const CohortShapes shapes = shapes_of(std::move(targets));
+  const PredictiveChecks found = check_predictions(shapes, shapes.cohort(), fit_of(settings), settings);
+  EXPECT_TRUE(found.variances[2].is_outside());
+  EXPECT_EQ(found.variances[2].p_value, 0.01);
+  EXPECT_EQ(found.variances_p, 0.005);
+  ASSERT_FALSE(found.unexplained().empty());
+  EXPECT_THAT(found.unexplained().front(), HasSubstr("of 8 landmarks"));
+}
+
+// Scores at another sigma are those of fits with that sigma given.
+TEST(SigmaProfile, IsThatOfFitsWithThatSigma) {
+  CohortSettings settings = cohort_settings();
+  const CohortShapes shapes{oval(8), drawn_shapes(oval(8), "ch-sd:beta=0.1", 50, settings, 12, 31)};
+  CompareOptions options;
+  options.settings = settings;
+  options.folds = 0;
+  options.forward_samples = 10;
+  options.maps = false;
+  const Comparison comparison = compare_models(shapes, {"none", "ch-sd"}, options);
+  ASSERT_TRUE(comparison.profile);
+  const SigmaProfile& profile = *comparison.profile;
+  ASSERT_EQ(profile.sigma.size(), 5);
+  EXPECT_NEAR(profile.sigma[4], 0.02, 1e-12);
+  options.checks = false;
+  options.settings.sigma = 0.02;
+  const Comparison other = compare_models(shapes, {"none", "ch-sd"}, options);
+  // Laplace's evidence at its maximum, found within some hundredths of a nat
+  for (Eigen::Index m = 0; m < 2; ++m)
+    EXPECT_NEAR(profile.scores(4, m), other.models[static_cast<std::size_t>(m)].score, 0.3);
+  const auto ranges = profile.ranges(comparison);
+  ASSERT_EQ(ranges.size(), 1U);
+  EXPECT_TRUE(ranges[0].has_noise);
+  EXPECT_THAT(ranges[0].models, ElementsAre(1U));
+  EXPECT_NEAR(ranges[0].low, 0.005, 1e-9);
+}
+
+}  // namespace
+}  // namespace pulson::compare

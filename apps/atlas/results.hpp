@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "atlas/cohort_pictures.hpp"
+#include "audit/audit.hpp"
 #include "pulson/cohort/atlas.hpp"
 #include "pulson/cohort/prediction.hpp"
 #include "pulson/cohort/statistics.hpp"
@@ -14,6 +16,7 @@ namespace pulson {
 /// Everything that `pulson atlas` finds.
 struct AtlasResults {
   cohort::Atlas atlas;
+  std::vector<Landmarks> given;    ///< the shapes
   std::vector<std::string> names;  ///< of the specimens
   cohort::ShapeModes modes;
   cohort::ProcrustesModes procrustes;
@@ -26,6 +29,8 @@ struct AtlasResults {
   std::optional<cohort::MomentumRegression> regression;
   std::vector<std::string> groups;  ///< empty: none
   std::optional<cohort::GroupComparison> comparison;
+  std::optional<CohortPictures> pictures;  ///< where pictures or a page are made
+  audit::Audit accused;                    ///< of the shapes as given
   std::vector<std::string> notes;
   double seconds = 0;
 
@@ -54,7 +59,8 @@ void draw_atlas(const AtlasResults& results, int modes, RunResults& files);
 /// @param files that were drawn before
 html::HtmlReport atlas_report(const AtlasResults& results, int modes, const RunResults& files);
 
-/// The template s standard deviations along mode k, and the path there.
+/// The momenta that carry the template s standard deviations along mode k, and its path there.
+Points mode_momenta(const AtlasResults& results, int k, double deviations);
 Trajectory mode_path(const AtlasResults& results, int k, double deviations);
 
 }  // namespace pulson

@@ -28,7 +28,7 @@ struct ImagePanel {
   std::vector<Points> paths{};      ///< 2×N at each time: where the landmarks were; may be empty
   Points landmarks = Points(2, 0);  ///< 2×N, as rings
   bool is_target = false;           ///< whether these are the target's, which have another colour
-  std::vector<int> numbers{};       ///< N, beside the rings; may be empty
+  std::vector<std::string> names{};  ///< N, beside the rings; may be empty
   std::vector<ColourBar> bars{};    ///< one below the panel, or none
 };
 

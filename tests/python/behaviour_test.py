@@ -72,7 +72,9 @@ class Host(InFolder):
 
     def test_keyboard_interrupt(self):
         for work in (self.slow, lambda: pulson.sample(sample("leaves.tps") + "#1", sample("leaves.tps") + "#2",
-                                                      draws=100_000)):
+                                                      draws=100_000),
+                     lambda: pulson.simulate(q=np.arange(200.0), p=np.ones(200), kernel="gaussian:alpha=1",
+                                             time=1, steps=100_000)):  # one path
             timer = threading.Timer(0.4, _thread.interrupt_main)
             timer.start()
             begin = time.monotonic()

@@ -136,8 +136,7 @@ Image on_template(const cohort::Atlas& atlas, const cohort::AtlasSpecimen& speci
   const Eigen::MatrixXd back = (pose.scale * pose.linear).inverse();
   const Points nodes = placed.frame.to_pixels(back * (ends.colwise() - pose.translation));
   // Reduced to about the resolution of the sheet, so that no detail is skipped.
-  const double factor =
-      std::max(1.0, sheet.pixel() / pose.scale / std::abs(placed.frame.unit_per_pixel[0]));
+  const double factor = std::max(1.0, sheet.pixel() / pose.scale / std::abs(placed.frame.unit_per_pixel[0]));
   Image picture = to_rgba8(for_show(placed.picture.image));
   Points places = nodes;
   if (factor > 1) {

@@ -54,8 +54,9 @@ std::vector<Scores> design_of(int scores, double range) {
   for (int k = 0; k < scores; ++k)
     for (int j = 0; j < k; ++j)
       for (const int signs : {0, 1, 2, 3})
-        design.emplace_back(range * std::sqrt(0.5) * ((signs & 1 ? 1 : -1) * Scores::Unit(scores, k) +
-                                                      (signs & 2 ? 1 : -1) * Scores::Unit(scores, j)));
+        design.emplace_back(
+            range * std::sqrt(0.5) *
+            ((signs & 1 ? 1 : -1) * Scores::Unit(scores, k) + (signs & 2 ? 1 : -1) * Scores::Unit(scores, j)));
   if (scores > 2)
     for (int signs = 0; signs < 8; ++signs)
       design.emplace_back(range * std::sqrt(1.0 / 3) *
@@ -66,7 +67,8 @@ std::vector<Scores> design_of(int scores, double range) {
 Trajectory path_to(const AtlasResults& results, const Scores& scores) {
   Points momenta = Points::Zero(results.atlas.template_shape.dimension(), results.atlas.template_shape.count());
   for (Eigen::Index k = 0; k < scores.size(); ++k)
-    momenta += scores[k] * std::sqrt(results.modes.eigenvalues[k]) * results.modes.directions[static_cast<std::size_t>(k)];
+    momenta +=
+        scores[k] * std::sqrt(results.modes.eigenvalues[k]) * results.modes.directions[static_cast<std::size_t>(k)];
   return results.atlas.geodesic(momenta);
 }
 
@@ -81,8 +83,7 @@ std::vector<Points> fitted_terms(const std::vector<std::vector<int>>& powers, co
   }
   const Eigen::MatrixXd found = terms.colPivHouseholderQr().solve(sides);
   std::vector<Points> list;
-  for (const auto& row : found.rowwise())
-    list.emplace_back(row.reshaped(values.front().rows(), values.front().cols()));
+  for (const auto& row : found.rowwise()) list.emplace_back(row.reshaped(values.front().rows(), values.front().cols()));
   return list;
 }
 
@@ -140,8 +141,8 @@ void add_grid(const AtlasResults& results, const std::vector<Trajectory>& paths,
   const bool y_down = results.atlas.template_shape.frame.y_down;
   const auto columns = static_cast<int>(
       std::count_if(lines.begin(), lines.end(), [](const Points& line) { return line(0, 0) == line(0, 1); }));
-  space.shapes.image = html::MotionImage{jpeg_of(pictures->mean), {0, y_down ? 0 : 1}, {1, y_down ? 1 : 0}, columns,
-                                         kPointsPerSpaceCell};
+  space.shapes.image = html::MotionImage{
+      jpeg_of(pictures->mean), {0, y_down ? 0 : 1}, {1, y_down ? 1 : 0}, columns, kPointsPerSpaceCell};
 }
 
 std::optional<html::ReportShapeSpace> space_within(const AtlasResults& results, int scores, double range,
@@ -169,8 +170,8 @@ void add_specimens(const AtlasResults& results, const std::optional<CohortPictur
                    html::ReportShapeSpace& space) {
   for (std::size_t i = 0; i < results.names.size(); ++i) {
     const Scores scores = scores_of(results, i, std::ssize(space.axes));
-    html::ReportShapeSpace::Specimen specimen{results.names[i], results.groups.empty() ? "" : results.groups[i],
-                                              {scores.begin(), scores.end()}, {}};
+    html::ReportShapeSpace::Specimen specimen{
+        results.names[i], results.groups.empty() ? "" : results.groups[i], {scores.begin(), scores.end()}, {}};
     if (pictures && space.shapes.image && pictures->each[i]) specimen.picture = jpeg_of(*pictures->each[i]);
     space.specimens.push_back(std::move(specimen));
   }
@@ -193,7 +194,8 @@ std::optional<html::ReportShapeSpace> shape_space(const AtlasResults& results, i
   add_specimens(results, pictures, *space);
   space->caption = fmt::format(
       "Sliders: scores in standard deviations. A click on the map shows the shape there{}, or on a dot that of the "
-      "specimen by its first {}{}. At the specimens' scores, landmarks are within {:.1g} % of the diameter of those that "
+      "specimen by its first {}{}. At the specimens' scores, landmarks are within {:.1g} % of the diameter of those "
+      "that "
       "are shot.",
       space->shapes.image ? ", with the mean picture" : "", scores == 1 ? "score" : fmt::format("{} scores", scores),
       space->shapes.image ? ", with its own picture" : "", 100 * error_of(results, *space, scores));

@@ -142,9 +142,8 @@ charts::ChartPanel spectrum(const compare::Comparison& comparison) {
 }
 
 charts::ChartPanel noise_displacements(const compare::Comparison& comparison) {
-  charts::ChartPanel panel{.heading = "Displacement by the noise (root mean square)",
-                           .x_label = "landmark",
-                           .counts_x = true};
+  charts::ChartPanel panel{
+      .heading = "Displacement by the noise (root mean square)", .x_label = "landmark", .counts_x = true};
   for (std::size_t i = 0; i < comparison.models.size(); ++i) {
     const compare::ComparedModel& model = comparison.models[i];
     std::vector<double> places = counting(static_cast<std::size_t>(comparison.cohort.source.count()));

@@ -82,10 +82,9 @@ std::vector<OpenedShape> opened_shapes(const ViewFiles& files, const ViewArgumen
   if (shapes.size() == 1 && rest.size() == 1 && pictures[0].empty()) pictures[0] = rest[0], rest.clear();
   std::vector<OpenedShape> opened;
   for (std::size_t i = 0; i < shapes.size(); ++i) {
-    opened.push_back(pictures[i].empty()
-                         ? shape_without_picture(std::move(shapes[i]))
-                         : shape_on_picture(std::move(shapes[i]), pictures[i],
-                                            picture_of(pictures[i], arguments.max_pixels, i), notes));
+    opened.push_back(pictures[i].empty() ? shape_without_picture(std::move(shapes[i]))
+                                         : shape_on_picture(std::move(shapes[i]), pictures[i],
+                                                            picture_of(pictures[i], arguments.max_pixels, i), notes));
     opened.back().format = format;
   }
   return opened;
@@ -103,7 +102,8 @@ void add_pictures(const std::vector<std::string>& pictures, const fs::path& fold
     const std::string name = path_from(folder, pictures[i]);
     if (shows(document, name)) continue;
     progress.show(static_cast<double>(i) / static_cast<double>(pictures.size()), "reading pictures");
-    const PagePicture picture = page_picture(pictures[i], picture_of(pictures[i], max_pixels, document.specimens.size()));
+    const PagePicture picture =
+        page_picture(pictures[i], picture_of(pictures[i], max_pixels, document.specimens.size()));
     view::ViewSpecimen specimen{picture_stem(pictures[i]), name, picture.width, picture.height};
     specimen.landmarks.resize(document.landmarks.size());
     document.specimens.push_back(std::move(specimen));

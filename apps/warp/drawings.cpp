@@ -83,8 +83,8 @@ draw::ColourBar bar_of_counts(double most, const std::vector<float>& counts) {
   occurring.erase(std::unique(occurring.begin(), occurring.end()), occurring.end());
   const auto fields = static_cast<double>(occurring.size());
   const auto step = static_cast<std::size_t>(std::ceil(fields / kMostTicks));
-  draw::ColourBar bar{
-      .colours = colours_of(images::viridis(occurring, static_cast<int>(occurring.size()), 1, 0, most)), .labels = {}};
+  draw::ColourBar bar{.colours = colours_of(images::viridis(occurring, static_cast<int>(occurring.size()), 1, 0, most)),
+                      .labels = {}};
   for (std::size_t i = 0; i < occurring.size(); i += step)
     bar.labels.emplace_back((static_cast<double>(i) + 0.5) / fields, bar_number(occurring[i]));
   return bar;

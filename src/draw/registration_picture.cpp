@@ -135,7 +135,8 @@ Canvas compose_space(const RegistrationPicture& picture) {
     draw_surface(plan.canvas, view, surface);
     plan.canvas.lines(trace(figure, false, view.pixels(picture.source.points)),
                       {faded(colour::kSource, 0.4), Marks(figure).outline});
-    const Figure target = picture.corresponds ? split(figures.target, hidden, picture.result.cols()).seen : figures.target;
+    const Figure target =
+        picture.corresponds ? split(figures.target, hidden, picture.result.cols()).seen : figures.target;
     draw_registration(plan.canvas, view, picture, {parts.seen, target});
   }
   std::vector<LegendEntry> legend = legend_of_shapes(figures, picture);

@@ -85,8 +85,8 @@ std::vector<LegendEntry> legend_of(const ShapePanels& picture, const Figure& fig
     legend.push_back(entry(picture.shape_name, colour::kResult));
   if (!is_alone && !figure.marked.empty()) legend.push_back(line_entry("displacement", colour::kMomentum));
   if (!picture.cloud_name.empty())
-    legend.push_back(dot_entry(picture.cloud_name, {figure.names.empty() ? faded(colour::kSource, 0.3)
-                                                                         : faded(colour::kReference, 0.3)}));
+    legend.push_back(dot_entry(picture.cloud_name,
+                               {figure.names.empty() ? faded(colour::kSource, 0.3) : faded(colour::kReference, 0.3)}));
   return legend;
 }
 

@@ -60,8 +60,7 @@ class Shading {
 
   // Of the surface at a place in pixels; −∞ where there is none.
   double nearness_at(double x, double y) const {
-    if (!(x >= 0 && y >= 0 && x < raster_.width && y < raster_.height))
-      return -std::numeric_limits<double>::infinity();
+    if (!(x >= 0 && y >= 0 && x < raster_.width && y < raster_.height)) return -std::numeric_limits<double>::infinity();
     return nearness_[pixels(raster_.width, static_cast<int>(y)) + static_cast<std::size_t>(x)];
   }
 

@@ -109,13 +109,13 @@ struct ReportMotion {
 ///
 ///     Σ_t terms[t] Π_k s_k^powers[t][k],
 ///
-/// and so are the points of the grid. A slider for each score; a map of the first two scores, on which a click shows the
-/// shape there, or that of a specimen with its picture.
+/// and so are the points of the grid. A slider for each score; a map of the first two scores, on which a click shows
+/// the shape there, or that of a specimen with its picture.
 struct ReportShapeSpace {
   struct Specimen {
     std::string name;
-    std::string group;                      ///< may be empty
-    std::vector<double> scores;             ///< K
+    std::string group;                       ///< may be empty
+    std::vector<double> scores;              ///< K
     std::optional<EmbeddedPicture> picture;  ///< on the template, of the size of `shapes.image`; may be none
   };
 

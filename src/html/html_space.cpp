@@ -15,7 +15,8 @@ void check_space(const ReportShapeSpace& space) {
   };
   const std::size_t count = space.axes.size();
   check(count > 0 && space.range > 0, "a space of shapes needs a score and a range");
-  check(!space.terms.empty() && space.powers.size() == space.terms.size(), "a space of shapes has other powers than terms");
+  check(!space.terms.empty() && space.powers.size() == space.terms.size(),
+        "a space of shapes has other powers than terms");
   check(space.grid_terms.empty() || space.grid_terms.size() == space.terms.size(),
         "a space of shapes has other terms for its grid");
   for (const std::vector<int>& powers : space.powers)
@@ -69,9 +70,10 @@ std::string specimens_of(const ReportShapeSpace& space, const std::vector<std::s
 std::string sliders_of(const ReportShapeSpace& space) {
   std::string text = "<div class=\"scores\">";
   for (std::size_t k = 0; k < space.axes.size(); ++k)
-    text += fmt::format("<label><span>{}</span><input type=\"range\" min=\"{:.0f}\" max=\"{:.0f}\" value=\"0\" "
-                        "data-score=\"{}\" /><output></output></label>",
-                        escaped(space.axes[k]), -100 * space.range, 100 * space.range, k);
+    text += fmt::format(
+        "<label><span>{}</span><input type=\"range\" min=\"{:.0f}\" max=\"{:.0f}\" value=\"0\" "
+        "data-score=\"{}\" /><output></output></label>",
+        escaped(space.axes[k]), -100 * space.range, 100 * space.range, k);
   return text + "</div>\n";
 }
 
@@ -90,9 +92,11 @@ std::string shape_space(const ReportShapeSpace& space) {
   const std::vector<std::string> groups = groups_of(space);
   const ReportMotion& shapes = space.shapes;
   std::string text = fmt::format(
-      "<figure class=\"motion space\" hidden=\"\">\n<div class=\"pair\"><div><canvas role=\"img\" aria-label=\"shape of "
+      "<figure class=\"motion space\" hidden=\"\">\n<div class=\"pair\"><div><canvas role=\"img\" aria-label=\"shape "
+      "of "
       "{} landmarks in {}D by its scores\" tabindex=\"0\"></canvas></div><div><svg class=\"map\" role=\"img\" "
-      "aria-label=\"map of the scores of {} shapes\" viewBox=\"0 0 420 420\"></svg><ul class=\"groups\"></ul></div></div>\n",
+      "aria-label=\"map of the scores of {} shapes\" viewBox=\"0 0 420 420\"></svg><ul "
+      "class=\"groups\"></ul></div></div>\n",
       shapes.source.count(), shapes.source.dimension(), space.specimens.size());
   text += sliders_of(space);
   text += "<div class=\"player\"><button type=\"button\">Play</button>" + names_of(space) +

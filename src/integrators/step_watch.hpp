@@ -4,8 +4,8 @@
 
 namespace pulson {
 
-/// While one lives, integrate() and contraction_bound() call `check` before each step, on the thread that takes it; what
-/// it throws ends them. One at a time.
+/// While one lives, integrate() and contraction_bound() call `check` before each step, on the thread that takes it;
+/// what it throws ends them. One at a time.
 class StepWatch {
  public:
   explicit StepWatch(void (*check)()) { current = check; }

@@ -24,11 +24,11 @@ constexpr double kProposed = 0.95;     // probability of the ellipse that is sho
 constexpr double kFalseAlarms = 0.05;  // of sound shapes, those with a landmark in doubt
 constexpr double kTailOfPairs = 4;     // degrees of judgements, as in audit/landmark_law.cpp
 // Degrees by which landmarks of one shape differ in how well the others predict them. With 6, of 1,000 random pairs of
-// each of four published cohorts (wings, salamanders, fish) with 4 to 16 landmarks, 95.3 to 99.8 % of the ellipses hold
+// each of four published cohorts (wings, salamanders, fish) with 4 to 16 landmarks, 95.3 to 99.6 % of the ellipses hold
 // the landmark, of smooth synthetic pairs 98.5 to 99.9 %; with 8, as few as 94.5 %.
 constexpr double kTailOfLandmarks = 6;
-constexpr double kClick = 0.002;       // standard deviation of a click, part of the diameter
-constexpr double kRounding = 1e-13;    // of s², in squared diameters
+constexpr double kClick = 0.002;     // standard deviation of a click, part of the diameter
+constexpr double kRounding = 1e-13;  // of s², in squared diameters
 
 // P(|t_ν|² ≤ r²) = p in the plane, in units of the scale matrix: F of 2 and ν degrees has this closed form.
 double square_radius(double degrees, double probability) {
@@ -103,7 +103,8 @@ class AlignedPair {
     const double click = kClick * size_;
     const Matrix2d scale = expected.covariance + click * click * Matrix2d::Identity();
     const Matrix2d turn = back_.scale * back_.linear;
-    return {back_.apply(here - expected.deviation), square_radius(degrees, probability) * turn * scale * turn.transpose()};
+    return {back_.apply(here - expected.deviation),
+            square_radius(degrees, probability) * turn * scale * turn.transpose()};
   }
 
   const Points& reference() const { return reference_; }

@@ -131,8 +131,10 @@ TEST_F(BigWarp, IsWrittenAsBigWarpWritesIt) {
   const LandmarkFormat& format = landmark_format_to_write("leaf.bigwarp.csv");
   EXPECT_EQ(format.name, "bigwarp");
   const WrittenLandmarks written = format.write("t.csv", file);
-  EXPECT_EQ(written.text,
-            "\"the \"\"tip\"\"\",\"true\",\"1\",\"2\",\"3\",\"4\"\n\"b\",\"false\",\"5.5\",\"6\",\"Infinity\",\"Infinity\"\n");
+  EXPECT_EQ(
+      written.text,
+      "\"the "
+      "\"\"tip\"\"\",\"true\",\"1\",\"2\",\"3\",\"4\"\n\"b\",\"false\",\"5.5\",\"6\",\"Infinity\",\"Infinity\"\n");
   EXPECT_THAT(written.losses, IsEmpty());
   EXPECT_TRUE(have_same_bits(format.read("t.csv", written.text).shapes[0].points, file.shapes[0].points));
   file.shapes.pop_back();

@@ -72,7 +72,8 @@ TEST_F(AtlasProgram, WritesWhatScriptsReadAndPeopleLookAt) {
   EXPECT_EQ(contents("out/momenta.npy").size() % 64, 8U * 19 * 2 * 8 % 64);
   EXPECT_THAT(contents("out/report.html"), AllOf(HasSubstr("leaf_8"), HasSubstr("Mode 1")));
   // Two of the leaves have their pictures beside the file.
-  EXPECT_THAT(contents("out/report.html"), HasSubstr("Mean of the pictures of 2 specimens, each carried to the template"));
+  EXPECT_THAT(contents("out/report.html"),
+              HasSubstr("Mean of the pictures of 2 specimens, each carried to the template"));
 }
 
 TEST_F(AtlasProgram, IsTheSameForAnyNumberOfThreads) {
@@ -168,9 +169,9 @@ TEST_F(AtlasProgram, ThePageHasTheShapesByTheirScores) {
       EXPECT_NEAR(low + unit * place, json["template"][a][axis].get<double>(), 1e-3 * 1e5 * unit);
     }
   for (std::size_t i = 0; i < 8; ++i)
-    EXPECT_NEAR(space["specimens"][i]["scores"][0].get<double>() *
-                    std::sqrt(json["modes"]["eigenvalues"][0].get<double>()),
-                json["modes"]["scores"][i][0].get<double>(), 1e-2 * std::abs(json["modes"]["scores"][i][0].get<double>()));
+    EXPECT_NEAR(
+        space["specimens"][i]["scores"][0].get<double>() * std::sqrt(json["modes"]["eigenvalues"][0].get<double>()),
+        json["modes"]["scores"][i][0].get<double>(), 1e-2 * std::abs(json["modes"]["scores"][i][0].get<double>()));
   EXPECT_THAT(page, testing::ContainsRegex("landmarks are within 0?[.0-9]+ % of the diameter"));
 }
 
@@ -184,7 +185,8 @@ TEST_F(AtlasProgram, ThePageShowsSpecimensThatLookWrongWithTheirCorrection) {
     for (int k = 0; k < 6; ++k) line = text.find('\n', line) + 1;
     return line;
   }();
-  const std::string one = text.substr(first, second - first), other = text.substr(eighth, text.find('\n', eighth) + 1 - eighth);
+  const std::string one = text.substr(first, second - first),
+                    other = text.substr(eighth, text.find('\n', eighth) + 1 - eighth);
   text.replace(eighth, other.size(), one);
   text.replace(first, one.size(), other);
   std::ofstream("wrong.tps") << text;

@@ -40,8 +40,8 @@ TEST(JudgePlacement, SaysNothingOfFewerThanThree) {
   EXPECT_FALSE(judge_placement(pair.left, pair.right, 2).proposal);
 }
 
-// Of 300 ellipses of 95 %, no fewer hold the landmark: of 1,000 such pairs with 4 to 16 landmarks 98.5 % or more do, by a
-// computation of the law in numpy, and 95 % are 5 standard deviations below.
+// Of 300 ellipses of 95 %, no fewer hold the landmark: of 1,000 such pairs with 4 to 16 landmarks 98.5 % or more do, by
+// a computation of the law in numpy, and 95 % are 5 standard deviations below.
 TEST(JudgePlacement, ProposesAnEllipseThatHoldsTheLandmark) {
   for (const int count : {4, 8, 16}) {
     int held = 0;

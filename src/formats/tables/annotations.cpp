@@ -51,7 +51,8 @@ class BigWarpReader {
     for (const CsvRecord& record : records_) {
       if (!is_truth(record.fields[1]))
         text::fail(path_, record.line, text::in_quotes(record.fields[1]) + " in the second column; valid: true, false");
-      // BigWarp makes a landmark active once both pictures have it: one that waits for its second place keeps the first.
+      // BigWarp makes a landmark active once both pictures have it: one that waits for its second place keeps the
+      // first.
       const bool waits = std::any_of(record.fields.begin() + kFirstCoordinate, record.fields.end(), is_unset);
       const bool is_active = waits || text::to_lower(record.fields[1]) == "true";
       if (!is_active) ++inactive_;

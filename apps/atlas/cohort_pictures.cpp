@@ -5,6 +5,7 @@
 #include <cmath>
 #include <exception>
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include "images/compose.hpp"

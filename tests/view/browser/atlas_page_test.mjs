@@ -57,7 +57,9 @@ try {
   }
 
   // A click beside all dots: the scores of that place, and no specimen.
-  const box = await (await page.$("figure.space svg.map")).boundingBox();
+  const map = await page.$("figure.space svg.map");
+  await map.scrollIntoView();
+  const box = await map.boundingBox();
   await page.mouse.click(box.x + 0.93 * box.width, box.y + 0.07 * box.height);
   await drawn();
   const free = await look();

@@ -75,9 +75,9 @@ TEST(Shading, ShowsTheNearerOfTwoTriangles) {
 TEST(Shading, KnowsWhichPointsLieBehindTheSurface) {
   const Sphere ball = sphere();
   Points points(3, 6);
-  points << 0, 0, 0, 0.5, 1.3, 0,  //
-      0, 0, 0, 0.5, 0, 0,          //
-      1.1, -1, 0, -0.6, 0, 0.97;   // before, behind, within, behind, beside, just below
+  points << 0.2, 0.2, 0.2, 0.5, 1.3, 0.2,  //
+      0, 0, 0, 0.5, 0, 0,                  //
+      1.1, -1, 0, -0.6, 0, 0.95;           // before, behind, within, behind, beside, just below √(1 − 0.04)
   const std::vector<int> behind =
       points_behind({ball.vertices, ball.triangles}, kFront, {{-1.5, -1.5}, {1.5, 1.5}, 300}, points);
   EXPECT_EQ(behind, (std::vector<int>{1, 2, 3}));

@@ -256,7 +256,7 @@ TEST_F(ViewProgram, OpensThePageOfResults) {
   std::filesystem::create_directories("out");
   const ProgramRun none = run({"view", "--no-browser", "out"});
   EXPECT_EQ(none.exit_code, 2);
-  EXPECT_THAT(none.err, HasSubstr("out has no report.html"));
+  EXPECT_THAT(none.err, HasSubstr("'out' has no report.html"));
   std::ofstream("out/report.html") << "<!DOCTYPE html>";
   const ProgramRun done = run({"view", "--no-browser", "out"});
   EXPECT_EQ(done.exit_code, 0) << done.err;

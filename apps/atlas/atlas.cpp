@@ -15,6 +15,7 @@
 #include "results.hpp"
 #include "shell/audit_warnings.hpp"
 #include "shell/cohort_shapes.hpp"
+#include "shell/host.hpp"
 #include "shell/path_options.hpp"
 #include "shell/ranks.hpp"
 #include "shell/run_results.hpp"
@@ -302,13 +303,17 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
   notes.insert(notes.end(), results.notes.begin(), results.notes.end());  // of the statistics
   results.notes = without_repeats(notes);
   note_outliers(results);
+  results.given = shapes;
+  results.accused = audit::audit_cohort(shapes);
+  if (!makes_numbers_only() && !arguments.output.no_picture)
+    results.pictures = cohort_pictures(results.atlas, shapes, results.notes);
   write_results(results, arguments, files, fingerprint, output);
   print_notes(in_option_words(results.notes));
   if (arguments.output.prints()) {
     print_atlas(results);
     output.print_written();
   }
-  warn_of_cohort(shapes);
+  warn_of_findings(shapes, results.accused);
   warn(results);
   remove_saved(checkpoint);
   return results.converged() ? kDone : kNotConverged;

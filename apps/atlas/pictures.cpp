@@ -4,17 +4,21 @@
 #include <fmt/format.h>
 
 #include "charts/chart.hpp"
+#include "draw/layout.hpp"
 #include "draw/shape_panels.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/warp/material_flow.hpp"
 #include "register/picture.hpp"
 #include "coefficient_picture.hpp"
 #include "results.hpp"
+#include "warp/picture_files.hpp"
 
 namespace pulson {
 namespace {
 
-constexpr double kModeDeviations = 2;  // of the pictures of modes
+constexpr double kModeDeviations = 2;  // of the pictures of modes, where they show
+constexpr double kShows = 0.05;        // of the template's diameter: the largest displacement that is plain to see
+constexpr double kMostMagnified = 5;   // beyond which shapes are no longer of the kind
 constexpr double kGridMargin = 0.1;    // of the grid, over its larger side
 constexpr int kModeCells = 18, kPointsPerModeCell = 5;
 constexpr Eigen::Index kBars = 20;  // of the scree plot
@@ -33,9 +37,38 @@ std::vector<Points> deformed_grid(const cohort::Atlas& atlas, const Trajectory& 
   }
 }
 
-draw::ShapePanel panel_of(const cohort::Atlas& atlas, const std::string& heading, const Trajectory& path) {
+// 1, 2 or 5, so that the largest displacement by these momenta shows; the picture says it.
+double magnification(const cohort::Atlas& atlas, const std::vector<Points>& momenta) {
+  const Points& start = atlas.template_shape.points;
+  const double seen = kShows * diameter(start);
+  const auto displacement = [&](double factor) {
+    double most = 0;
+    for (const Points& p : momenta)
+      most = std::max(most, (atlas.geodesic(factor * p).final().q - start).colwise().norm().maxCoeff());
+    return most;
+  };
+  double factor = std::clamp(draw::round_factor(seen / std::max(displacement(1), 1e-300)), 1.0, kMostMagnified);
+  try {
+    while (factor > 1 && displacement(factor) > 4 * seen) factor = draw::round_factor(0.9 * factor);
+    return factor;
+  } catch (const StepError&) {  // no path so far
+    return 1;
+  }
+}
+
+// The mean picture of the cohort, as a path carries it.
+std::optional<draw::PlacedImage> picture_below(const AtlasResults& results, const Trajectory* path) {
+  if (!results.pictures) return std::nullopt;
+  const CohortPictures& pictures = *results.pictures;
+  const auto image = path == nullptr ? std::optional(pictures.mean) : carried_picture(pictures, results.atlas, *path);
+  if (!image) return std::nullopt;
+  return draw::PlacedImage{raster_of(*image), pictures.low, pictures.high};
+}
+
+draw::ShapePanel panel_of(const AtlasResults& results, const std::string& heading, const Trajectory& path) {
   draw::ShapePanel panel{heading, path.final().q};
-  if (atlas.template_shape.dimension() == 2) panel.grid = deformed_grid(atlas, path);
+  if (results.atlas.template_shape.dimension() == 2) panel.grid = deformed_grid(results.atlas, path);
+  panel.image = picture_below(results, &path);
   return panel;
 }
 
@@ -56,10 +89,12 @@ double percentage(const cohort::ShapeModes& modes, Eigen::Index k) {
   return 100 * modes.eigenvalues[k] / modes.total();
 }
 
-void draw_template(const cohort::Atlas& atlas, const draw::PictureFiles& files) {
+void draw_template(const AtlasResults& results, const draw::PictureFiles& files) {
+  const cohort::Atlas& atlas = results.atlas;
   draw::ShapePanels picture = panels_of(atlas, "Template");
   draw::ShapePanel panel{"Template and aligned shapes", {}};
   for (const cohort::AtlasSpecimen& specimen : atlas.specimens) panel.cloud.push_back(specimen.shape.points);
+  panel.image = picture_below(results, nullptr);
   picture.cloud_name = "aligned shapes";
   picture.rows = {{std::move(panel)}};
   write_shape_panels(picture, files);
@@ -67,12 +102,17 @@ void draw_template(const cohort::Atlas& atlas, const draw::PictureFiles& files) 
 
 void draw_modes(const AtlasResults& results, int modes, const draw::PictureFiles& files) {
   draw::ShapePanels picture = panels_of(results.atlas, "Modes of variation");
-  picture.shape_name = "2 standard deviations along a mode";
-  for (int k = 0; k < std::min<int>(modes, static_cast<int>(results.modes.eigenvalues.size())); ++k) {
+  const int count = std::min<int>(modes, static_cast<int>(results.modes.eigenvalues.size()));
+  std::vector<Points> momenta;
+  for (int k = 0; k < count; ++k) momenta.push_back(mode_momenta(results, k, kModeDeviations));
+  const double factor = magnification(results.atlas, momenta), deviations = factor * kModeDeviations;
+  picture.shape_name = fmt::format("{:g} standard deviations along a mode", deviations);
+  if (factor > 1) picture.shape_name += fmt::format(" ({:g} magnified {:g} times)", kModeDeviations, factor);
+  for (int k = 0; k < count; ++k) {
     picture.rows.emplace_back();
-    for (const double s : {-kModeDeviations, kModeDeviations})
-      picture.rows.back().push_back(panel_of(results.atlas,
-                                             fmt::format("mode {} ({:.1f} %), {} {:g} s.d.", k + 1,
+    for (const double s : {-deviations, deviations})
+      picture.rows.back().push_back(panel_of(results,
+                                             fmt::format("mode {} ({:.1f} %), {}{:g} s.d.", k + 1,
                                                          percentage(results.modes, k), s < 0 ? "−" : "+", std::abs(s)),
                                              mode_path(results, k, s)));
   }
@@ -156,7 +196,7 @@ void draw_regression(const AtlasResults& results, const draw::PictureFiles& file
   picture.rows.emplace_back();
   for (const double value : results.shown_values) {
     if (picture.rows.back().size() == 3) picture.rows.emplace_back();
-    picture.rows.back().push_back(panel_of(results.atlas, fmt::format("{} = {:.4g}", results.covariate_name, value),
+    picture.rows.back().push_back(panel_of(results, fmt::format("{} = {:.4g}", results.covariate_name, value),
                                            results.atlas.geodesic(found.momenta(value))));
   }
   write_shape_panels(picture, files);
@@ -203,21 +243,30 @@ void draw_regression_scores(const AtlasResults& results, const draw::PictureFile
 void draw_groups(const AtlasResults& results, const draw::PictureFiles& files) {
   draw::ShapePanels picture =
       panels_of(results.atlas, fmt::format("Means of the groups: {}", test_text(results.model_of_groups())));
+  std::vector<Points> means;
+  for (const cohort::GroupMean& mean : results.means) means.push_back(mean.momenta);
+  const double factor = magnification(results.atlas, means);
   picture.shape_name = "mean of the group";
+  if (factor > 1) picture.shape_name += fmt::format(", magnified {:g} times", factor);
   for (std::size_t g = 0; g < results.means.size(); ++g) {
     if (g % 3 == 0) picture.rows.emplace_back();
     const cohort::GroupMean& mean = results.means[g];
-    picture.rows.back().push_back(
-        panel_of(results.atlas, fmt::format("{} ({})", mean.name, mean.size), results.atlas.geodesic(mean.momenta)));
+    std::string heading = fmt::format("{} ({})", mean.name, mean.size);
+    if (factor > 1) heading += fmt::format(", × {:g}", factor);
+    picture.rows.back().push_back(panel_of(results, heading, results.atlas.geodesic(factor * mean.momenta)));
   }
   write_shape_panels(picture, files);
 }
 
 }  // namespace
 
-Trajectory mode_path(const AtlasResults& results, int k, double deviations) {
+Points mode_momenta(const AtlasResults& results, int k, double deviations) {
   const double length = deviations * std::sqrt(results.modes.eigenvalues[k]);
-  return results.atlas.geodesic(length * results.modes.directions[static_cast<std::size_t>(k)]);
+  return length * results.modes.directions[static_cast<std::size_t>(k)];
+}
+
+Trajectory mode_path(const AtlasResults& results, int k, double deviations) {
+  return results.atlas.geodesic(mode_momenta(results, k, deviations));
 }
 
 std::vector<std::string> AtlasPictures::stems() const {
@@ -236,7 +285,7 @@ namespace {
 
 void draw_picture(const std::string& stem, const AtlasResults& results, int modes, const draw::PictureFiles& files) {
   if (stem == "template")
-    draw_template(results.atlas, files);
+    draw_template(results, files);
   else if (stem == "modes")
     draw_modes(results, modes, files);
   else if (stem == "scores")

@@ -4,12 +4,16 @@
 #include <fmt/format.h>
 
 #include "atlas/facts.hpp"
+#include "atlas/shape_space.hpp"
+#include "audit/accused.hpp"
 #include "html/html_report.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/warp/material_flow.hpp"
 #include "register/picture.hpp"
+#include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/report_parts.hpp"
+#include "warp/picture_files.hpp"
 
 namespace pulson {
 namespace {
@@ -114,7 +118,16 @@ html::HtmlReport atlas_report(const AtlasResults& results, int modes, const RunR
   const auto add = [&](const std::string& heading, const std::string& stem) {
     add_still(report, heading, files.shown(stem));
   };
+  if (auto space = shape_space(results, modes, results.pictures))
+    report.sections.push_back({"The shapes by their scores", {std::move(*space)}});
   add("The template", "template");
+  if (results.pictures)
+    report.sections.push_back(
+        {"The mean picture",
+         {html::ReportPicture{.picture = jpeg_of(results.pictures->mean),
+                              .caption = fmt::format("Mean of the pictures of {}, each carried to the template.",
+                                                     counted(results.pictures->count, "specimen")),
+                              .has_photograph = true}}});
   const int shown = std::min<int>(modes, static_cast<int>(results.modes.eigenvalues.size()));
   for (int k = 0; k < shown; ++k)
     if (auto motion = motion_along(
@@ -141,6 +154,9 @@ html::HtmlReport atlas_report(const AtlasResults& results, int modes, const RunR
     report.sections.push_back(std::move(tests));
   }
   report.sections.push_back({"Specimens", {specimen_table(results)}});
+  if (!results.accused.findings.empty() && results.atlas.template_shape.dimension() > 1 &&
+      results.accused.reference.cols() == results.given.front().count() && results.accused.reference.allFinite())
+    add_accused(report, results.given, results.accused);
   return report;
 }
 

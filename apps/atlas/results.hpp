@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "atlas/cohort_pictures.hpp"
 #include "atlas/shape_models.hpp"
+#include "audit/audit.hpp"
 #include "pulson/cohort/atlas.hpp"
 #include "pulson/cohort/prediction.hpp"
 #include "pulson/cohort/statistics.hpp"
@@ -15,6 +17,7 @@ namespace pulson {
 /// Everything that `pulson atlas` finds.
 struct AtlasResults {
   cohort::Atlas atlas;
+  std::vector<Landmarks> given;    ///< the shapes
   std::vector<std::string> names;  ///< of the specimens
   cohort::ShapeModes modes;
   cohort::ProcrustesModes procrustes;
@@ -28,6 +31,8 @@ struct AtlasResults {
   std::vector<std::string> groups;                       ///< of --groups or the model; empty: none
   std::vector<cohort::GroupMean> means;                  ///< of --groups
   std::vector<ShapeModel> models;                        ///< of --model, or of --covariate and of --groups
+  std::optional<CohortPictures> pictures;                ///< where pictures or a page are made
+  audit::Audit accused;                                  ///< of the shapes as given
   std::vector<std::string> notes;
   double seconds = 0;
 
@@ -61,7 +66,8 @@ void draw_atlas(const AtlasResults& results, int modes, RunResults& files);
 /// @param files that were drawn before
 html::HtmlReport atlas_report(const AtlasResults& results, int modes, const RunResults& files);
 
-/// The template s standard deviations along mode k, and the path there.
+/// The momenta that carry the template s standard deviations along mode k, and its path there.
+Points mode_momenta(const AtlasResults& results, int k, double deviations);
 Trajectory mode_path(const AtlasResults& results, int k, double deviations);
 
 }  // namespace pulson

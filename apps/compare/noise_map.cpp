@@ -82,7 +82,7 @@ void write_noise_map(const compare::Comparison& comparison, const draw::PictureF
     plan.canvas.areas(discs, draw::faded(draw::colour::kMomentum, kTransparency));
     for (const bool dense : {true, false}) plan.canvas.lines(trace(figure, dense, pixels), kDiscOutline);
     plan.canvas.dots(pixels, kMark, draw::colour::kResult);
-    draw_numbers(plan.canvas, pixels, figure);
+    draw_names(plan.canvas, pixels, figure, source);
   }
   draw_legend(plan.canvas,
               {draw::dot_entry("landmark of the source", {draw::colour::kResult}),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <set>
 
@@ -59,9 +60,30 @@ charts::ChartPanel dots(const compare::Comparison& comparison, charts::ChartPane
   return panel;
 }
 
+// The axis shows the best three models in its upper half, as one that is far behind would press them together; those
+// further behind than it reaches stand on its lower edge, with their number in the name.
 charts::ChartPanel scores(const compare::Comparison& comparison) {
-  return dots(comparison, {.heading = "Score relative to the best model (nats)", .reference_lines = {{0, ""}}},
-              [](const compare::ComparedModel& model) { return model.difference; });
+  constexpr std::size_t kShown = 3;
+  constexpr double kLeastRange = 10;  // nats, odds of 1 to 22,000
+  charts::ChartPanel panel =
+      dots(comparison, {.heading = "Score relative to the best model (nats)", .reference_lines = {{0, ""}}},
+           [](const compare::ComparedModel& model) { return model.difference; });
+  std::vector<double> values;
+  for (const charts::Series& series : panel.series) values.push_back(series.y.front());
+  std::sort(values.begin(), values.end(), std::greater<>());
+  if (values.size() <= kShown) return panel;
+  const double range = std::max(kLeastRange, 2 * std::abs(values[kShown - 1]));
+  if (values.back() > -1.5 * range) return panel;
+  panel.y_range = std::pair{-range, 0.0};
+  panel.heading += fmt::format(", below −{:.0f} on the lower edge", range);
+  for (charts::Series& series : panel.series) {
+    if (series.y.front() >= -range) continue;
+    std::string& name = panel.x_names[static_cast<std::size_t>(std::lround(series.x.front())) - 1];
+    name += fmt::format(": −{:.3g}", -series.y.front());
+    series.y.front() = -range;
+    series.error.clear();
+  }
+  return panel;
 }
 
 charts::ChartPanel predictions(const compare::Comparison& comparison) {
@@ -92,6 +114,7 @@ void add_band(const compare::Comparison& comparison, charts::Series& series) {
 charts::ChartPanel spectrum(const compare::Comparison& comparison) {
   charts::ChartPanel panel{.heading = "Variance along the kernel's eigenvectors (band: 90 % of such cohorts)",
                            .x_label = "eigenvector, low to high frequency",
+                           .counts_x = true,
                            .log_y = true};
   charts::Series observed{
       .name = "observed", .x = {}, .y = {}, .style = charts::SeriesStyle::kPoints, .colour = charts::Series::kInk};
@@ -120,7 +143,8 @@ charts::ChartPanel spectrum(const compare::Comparison& comparison) {
 }
 
 charts::ChartPanel noise_displacements(const compare::Comparison& comparison) {
-  charts::ChartPanel panel{.heading = "Displacement by the noise (root mean square)", .x_label = "landmark"};
+  charts::ChartPanel panel{
+      .heading = "Displacement by the noise (root mean square)", .x_label = "landmark", .counts_x = true};
   for (std::size_t i = 0; i < comparison.models.size(); ++i) {
     const compare::ComparedModel& model = comparison.models[i];
     std::vector<double> places = counting(static_cast<std::size_t>(comparison.cohort.source.count()));

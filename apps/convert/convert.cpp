@@ -23,6 +23,7 @@
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/path_options.hpp"
+#include "shell/picture_sizes.hpp"
 #include "shell/tables.hpp"
 #include "shell/verbs.hpp"
 
@@ -139,6 +140,9 @@ void convert(ConvertArguments arguments) {
   check_output_file(arguments.output);
   formats::LandmarkFile file = read_inputs(arguments);
   std::vector<std::string> notes = std::move(file.warnings);
+  // Where y is mirrored, the height of the picture is needed, which may be beside the file.
+  for (Landmarks& shape : file.shapes)
+    if (format.y_down && shape.dimension() == 2 && shape.frame.y_down != *format.y_down) find_picture_size(shape);
   prepare_to_write(format, file, notes);
   const Interrupt until_written;
   for (std::string& loss : write_landmarks(arguments.output, file, format.name)) notes.push_back(std::move(loss));

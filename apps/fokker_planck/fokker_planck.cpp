@@ -141,6 +141,17 @@ bool happens_early(const fokker_planck::PairCrossing& crossing) {
   return early > 0 && crossing.curve[early] > kNearlyAll * crossing.curve.back();
 }
 
+/// The curve after each step of the finest grid: at the times of the table alone it would have corners where it rises.
+charts::Series curve_of(const fokker_planck::PairCrossing& crossing) {
+  charts::Series series{.name = "pair equation on a grid", .x = crossing.times, .y = crossing.curve};
+  if (crossing.fine_curve.empty()) return series;
+  series.y = crossing.fine_curve;
+  series.x.clear();
+  for (std::size_t step = 0; step < series.y.size(); ++step)
+    series.x.push_back(crossing.times.back() * static_cast<double>(step) / static_cast<double>(series.y.size() - 1));
+  return series;
+}
+
 /// What a logarithmic axis shows of a series: nothing at t = 0, and points with errors no nearer than a tenth.
 charts::Series on_log_axis(const charts::Series& series) {
   constexpr double kStep = 1.1;
@@ -159,7 +170,7 @@ charts::Series on_log_axis(const charts::Series& series) {
 charts::Chart chart_of(const Problem& problem, const fokker_planck::PairCrossing& crossing,
                        const std::vector<SampledProbability>& sampled) {
   charts::ChartPanel panel{.heading = "Probability that the order has changed, over time t"};
-  panel.series.push_back({.name = "pair equation on a grid", .x = crossing.times, .y = crossing.curve});
+  panel.series.push_back(curve_of(crossing));
   if (!sampled.empty()) {
     constexpr std::size_t kEvery = 2;  // so that they can be distinguished
     charts::Series points{

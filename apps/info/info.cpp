@@ -217,11 +217,11 @@ struct FileInfoOptions {
 /// Whether the shapes are a cohort that an audit judges within half a second or so: for n shapes of N landmarks it
 /// takes 5 µs n N² in the plane, and twice that in space (measured for N from 45 to 220).
 bool can_be_audited(const std::vector<Landmarks>& shapes) {
-  constexpr std::size_t kFewest = 5, kMostListed = 300;
+  constexpr std::size_t kFewest = 5, kMostCount = 300;
   constexpr double kMostWork = 1e5;
   if (shapes.size() < kFewest) return false;
   const auto count = static_cast<double>(shapes.front().count());
-  return count <= kMostListed && static_cast<double>(shapes.size()) * count * count <= kMostWork;
+  return count <= kMostCount && static_cast<double>(shapes.size()) * count * count <= kMostWork;
 }
 
 /// A line where an audit finds something; nothing where the shapes are no cohort.

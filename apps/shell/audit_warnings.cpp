@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "audit/audit.hpp"
 #include "formats/shape_address.hpp"
 #include "messages.hpp"
 #include "program.hpp"
@@ -40,10 +39,14 @@ std::string pair_warning(const Landmarks& reference, const Landmarks& shape, std
 
 void warn_of_cohort(std::vector<Landmarks> shapes) {
   if (shapes.empty()) return;
-  constexpr std::size_t kMost = 10;
   const int count = shapes.front().count();
   std::erase_if(shapes, [count](const Landmarks& shape) { return shape.count() != count; });
-  const std::vector<audit::Finding> found = audit::audit_cohort(shapes).findings;
+  warn_of_findings(shapes, audit::audit_cohort(shapes));
+}
+
+void warn_of_findings(const std::vector<Landmarks>& shapes, const audit::Audit& audit) {
+  constexpr std::size_t kMost = 10;
+  const std::vector<audit::Finding>& found = audit.findings;
   for (std::size_t i = 0; i < std::min(found.size(), kMost); ++i) {
     const Landmarks& shape = shapes[static_cast<std::size_t>(found[i].specimen)];
     print_warning(fmt::format("specimen {} ({}): {}; {}", quoted_line(shape.name), shape.source,

@@ -6,11 +6,13 @@
 
 #include "core/atomic_file.hpp"
 #include "core/undefined.hpp"
+#include "integrators/step_watch.hpp"
 #include "pulson/draw/pictures.hpp"
 #include "pulson/records/records.hpp"
 #include "report.hpp"
 #include "shell/field_files.hpp"
 #include "shell/help_groups.hpp"
+#include "shell/host.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
@@ -157,6 +159,11 @@ void print_summary(const records::Simulation& simulation) {
                numbers_text(simulation.samples[m].path.final().p));
 }
 
+// Nothing is written yet.
+void end_with_host() {
+  if (host() != nullptr && host()->interrupted()) throw HostStopped();
+}
+
 int run_simulate(const SimulateArguments& arguments) {
   const double begin = seconds_now();
   const Start start = arguments.start.start();
@@ -167,7 +174,10 @@ int run_simulate(const SimulateArguments& arguments) {
   arguments.field.check(start.shape.dimension(), options.grid.steps / arguments.every + 2);
   arguments.output.check(kSimulationFiles, kSimulationPictures);
   records::Simulation simulation{start.system, arguments.integrator, start.shape, start.state, options, {}, 0};
-  simulation.samples = sample_paths(start.system, *integrator, start.state, options);
+  {
+    const StepWatch watch(end_with_host);
+    simulation.samples = sample_paths(start.system, *integrator, start.state, options);
+  }
   for (ensemble::SamplePath& sample : simulation.samples) sample.reason = in_option_words(sample.reason);
   simulation.seconds = seconds_now() - begin;
   log_step(fmt::format("drew {} paths of {} steps", options.samples, options.grid.steps));

@@ -95,9 +95,9 @@ Points OpenedShape::from_page(const Points& pixels) const {
   return frame.to_landmarks(stored_pixels(pixels, orientation, width, height));
 }
 
-OpenedShape shape_on_picture(Landmarks shape, const std::string& picture, std::int64_t max_pixels,
+OpenedShape shape_on_picture(Landmarks shape, const std::string& picture, Picture pixels,
                              std::vector<std::string>& notes) {
-  const PlacedPicture placed = place_picture(read_picture(picture, max_pixels), picture, shape, {});
+  const PlacedPicture placed = place_picture(std::move(pixels), picture, shape, {});
   for (const auto* texts : {&placed.notes, &placed.warnings}) notes.insert(notes.end(), texts->begin(), texts->end());
   OpenedShape opened{std::move(shape), placed.frame, placed.picture.orientation()};
   opened.width = placed.frame.width;

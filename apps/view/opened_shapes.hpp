@@ -6,6 +6,7 @@
 
 #include "pulson/core/landmarks.hpp"
 #include "view/document.hpp"
+#include "warp/picture_files.hpp"
 
 namespace pulson {
 
@@ -27,9 +28,9 @@ struct OpenedShape {
 Points displayed_pixels(const Points& stored, int orientation, int width, int height);
 Points stored_pixels(const Points& displayed, int orientation, int width, int height);
 
-/// A shape that was placed on this picture, which is read. `notes` get what was found out of its place.
+/// A shape that was placed on this picture, whose pixels may be 0. `notes` get what was found out of its place.
 /// @throws InputError as place_picture()
-OpenedShape shape_on_picture(Landmarks shape, const std::string& picture, std::int64_t max_pixels,
+OpenedShape shape_on_picture(Landmarks shape, const std::string& picture, Picture pixels,
                              std::vector<std::string>& notes);
 
 /// A shape without a picture, on an empty one that it fits.

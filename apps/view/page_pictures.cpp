@@ -2,13 +2,15 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <optional>
 
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
 #include "core/paths.hpp"
+#include "images/codecs/exif.hpp"
 #include "pulson/core/errors.hpp"
-#include "warp/picture_files.hpp"
 
 namespace pulson {
 namespace {
@@ -40,12 +42,59 @@ std::string type_of(const std::string& bytes) {
   return {};
 }
 
+/// Size and orientation of a jpg, by its segments up to the first of a frame (ITU T.81, B.1.1 and B.2.2); none where
+/// this is no jpg, or an unusual one.
+std::optional<images::Page> outline_of_jpeg(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  const auto byte = [&] { return file.get(); };
+  const auto word = [&] {
+    const int high = byte(), low = byte();
+    return high << 8 | low;
+  };
+  if (word() != 0xFFD8) return std::nullopt;
+  images::Page page;
+  while (file) {
+    if (byte() != 0xFF) return std::nullopt;
+    int marker = byte();
+    while (marker == 0xFF) marker = byte();
+    const int length = word() - 2;
+    if (!file || length < 0) return std::nullopt;
+    const bool is_frame = marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+    if (is_frame) {
+      static_cast<void>(byte());  // bits of a sample
+      const int height = word(), width = word();
+      if (!file || width < 1 || height < 1) return std::nullopt;
+      page.image = images::Image(width, height, 1, images::PixelType::kUint8);
+      return page;
+    }
+    std::string data(static_cast<std::size_t>(length), '\0');
+    if (marker == 0xE1) {
+      file.read(data.data(), length);
+      constexpr std::string_view kExif("Exif\0\0", 6);
+      if (data.starts_with(kExif))
+        page.about.orientation = images::exif_orientation(std::string_view(data).substr(kExif.size()));
+    } else {
+      file.seekg(length, std::ios::cur);
+    }
+  }
+  return std::nullopt;
+}
+
 bool is_plain_name(const std::string& name) {
   return !name.empty() && name.size() < 200 && name[0] != '.' && name.find('/') == std::string::npos &&
          name.find('\\') == std::string::npos && name.find('\0') == std::string::npos;
 }
 
 }  // namespace
+
+Picture outlined_picture(const std::string& path, std::int64_t max_pixels) {
+  std::optional<images::Page> page = outline_of_jpeg(path);
+  if (!page || static_cast<std::int64_t>(page->image.pixel_count()) > max_pixels) return read_picture(path, max_pixels);
+  Picture picture;
+  picture.image = page->image;
+  picture.pages.push_back(std::move(*page));
+  return picture;
+}
 
 ShownPicture shown_picture(const std::string& path, std::int64_t max_pixels) {
   const Picture stored = read_picture(path, max_pixels);

@@ -3,7 +3,14 @@
 #include <cstdint>
 #include <string>
 
+#include "warp/picture_files.hpp"
+
 namespace pulson {
+
+/// A picture without its pixels (they are 0), but with its size and orientation, by the header of a jpg alone: a cohort
+/// of photographs would take long to decode, and only those that are shown have to be. Other files are read as a whole.
+/// @throws InputError as read_picture(); not where what follows the header is broken
+Picture outlined_picture(const std::string& path, std::int64_t max_pixels);
 
 /// A picture in a form that browsers show.
 struct ShownPicture {

@@ -145,7 +145,8 @@ Reply PageRequests::save(const std::string& body) {
 Reply PageRequests::take_picture(const view::Request& request) {
   const std::string name =
       keep_picture(document_.folder().string(), request.query, request.body, arguments_.max_pixels);
-  const PagePicture picture = page_picture((document_.folder() / name).string(), arguments_.max_pixels);
+  const std::string path = (document_.folder() / name).string();
+  const PagePicture picture = page_picture(path, read_picture(path, arguments_.max_pixels));
   document_.change([&](view::ViewDocument& document) {
     view::ViewSpecimen specimen{std::filesystem::path(name).stem().string(), name, picture.width, picture.height};
     specimen.landmarks.resize(document.landmarks.size());

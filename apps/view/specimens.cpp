@@ -8,6 +8,7 @@
 #include "core/paths.hpp"
 #include "core/text.hpp"
 #include "formats/formats.hpp"
+#include "page_pictures.hpp"
 #include "pulson/core/errors.hpp"
 #include "shell/messages.hpp"
 #include "shell/path_options.hpp"
@@ -20,6 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kSessionEnd = ".pulson.json";
+constexpr std::size_t kShownFirst = 2;  // specimens whose pictures the page shows when it opens
 
 bool is_session(const std::string& path) { return path.ends_with(kSessionEnd); }
 
@@ -65,6 +67,11 @@ std::vector<Landmarks> shapes_of_files(const ViewFiles& files, const ViewArgumen
   return shapes;
 }
 
+// Those that are shown are read as a whole, so that a broken one is named at once.
+Picture picture_of(const std::string& path, std::int64_t max_pixels, std::size_t specimen) {
+  return specimen < kShownFirst ? read_picture(path, max_pixels) : outlined_picture(path, max_pixels);
+}
+
 std::vector<OpenedShape> opened_shapes(const ViewFiles& files, const ViewArguments& arguments,
                                        std::vector<std::string>& rest, std::vector<std::string>& notes) {
   std::string format;
@@ -75,9 +82,9 @@ std::vector<OpenedShape> opened_shapes(const ViewFiles& files, const ViewArgumen
   if (shapes.size() == 1 && rest.size() == 1 && pictures[0].empty()) pictures[0] = rest[0], rest.clear();
   std::vector<OpenedShape> opened;
   for (std::size_t i = 0; i < shapes.size(); ++i) {
-    opened.push_back(pictures[i].empty()
-                         ? shape_without_picture(std::move(shapes[i]))
-                         : shape_on_picture(std::move(shapes[i]), pictures[i], arguments.max_pixels, notes));
+    opened.push_back(pictures[i].empty() ? shape_without_picture(std::move(shapes[i]))
+                                         : shape_on_picture(std::move(shapes[i]), pictures[i],
+                                                            picture_of(pictures[i], arguments.max_pixels, i), notes));
     opened.back().format = format;
   }
   return opened;
@@ -95,7 +102,8 @@ void add_pictures(const std::vector<std::string>& pictures, const fs::path& fold
     const std::string name = path_from(folder, pictures[i]);
     if (shows(document, name)) continue;
     progress.show(static_cast<double>(i) / static_cast<double>(pictures.size()), "reading pictures");
-    const PagePicture picture = page_picture(pictures[i], max_pixels);
+    const PagePicture picture =
+        page_picture(pictures[i], picture_of(pictures[i], max_pixels, document.specimens.size()));
     view::ViewSpecimen specimen{picture_stem(pictures[i]), name, picture.width, picture.height};
     specimen.landmarks.resize(document.landmarks.size());
     document.specimens.push_back(std::move(specimen));
@@ -134,8 +142,7 @@ ViewFiles::ViewFiles(const ViewArguments& arguments) {
     document = "landmarks.pulson.json";
 }
 
-PagePicture page_picture(const std::string& path, std::int64_t max_pixels) {
-  const Picture picture = read_picture(path, max_pixels);
+PagePicture page_picture(const std::string& path, const Picture& picture) {
   PagePicture page{path, picture.image.width(), picture.image.height()};
   if (picture.orientation() > 4) std::swap(page.width, page.height);
   return page;

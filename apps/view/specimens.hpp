@@ -8,6 +8,7 @@
 #include "arguments.hpp"
 #include "opened_shapes.hpp"
 #include "view/saved_document.hpp"
+#include "warp/picture_files.hpp"
 
 namespace pulson {
 
@@ -27,8 +28,7 @@ struct PagePicture {
   int height = 0;
 };
 
-/// @throws InputError where it cannot be read
-PagePicture page_picture(const std::string& path, std::int64_t max_pixels);
+PagePicture page_picture(const std::string& path, const Picture& picture);
 
 /// Fills the document by the files, or goes on with that of an earlier session, to which new pictures are added. All
 /// shapes that were opened are returned by their addresses.

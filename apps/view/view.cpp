@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "arguments.hpp"
+#include "core/paths.hpp"
 #include "draw/child_process.hpp"
 #include "pulson/core/errors.hpp"
 #include "requests.hpp"
@@ -41,7 +42,19 @@ void open_browser(const std::string& url) {
   }
 }
 
+// The page that a verb wrote beside its results.
+void open_results(const std::string& folder, bool opens) {
+  const std::filesystem::path page = std::filesystem::absolute(folder) / "report.html";
+  if (!is_file(page))
+    throw InputError(fmt::format("{} has no report.html: it is no folder of results, or of a verb that makes no page",
+                                 quoted_path(folder)));
+  print_text("{}\n", page.lexically_normal().string());
+  if (opens) open_browser(page.lexically_normal().string());
+}
+
 void run_view(const ViewArguments& arguments) {
+  if (arguments.files.size() == 1 && is_folder(arguments.files.front()))
+    return open_results(arguments.files.front(), !arguments.no_browser);
   const ViewFiles files(arguments);
   view::SavedDocument document(files.document);
   std::vector<std::string> notes;
@@ -73,6 +86,7 @@ void add_view_verb(CLI::App& program) {
       "Examples:\n"
       "  pulson view leaf_1.png leaf_2.png\n"
       "  pulson view wings.tps\n"
+      "  pulson view out   (the page of results)\n"
       "Exit codes: 0 done, 2 bad input.");
   verb->callback([arguments] { run_view(*arguments); });
 }

@@ -75,21 +75,22 @@ draw::ColourBar bar_of(const images::DivergingScale& scale, const std::vector<fl
   return bar;
 }
 
-namespace {
-
-// A field for each of 0, 1, …, most; of many, some have a number.
-draw::ColourBar bar_of_counts(double most) {
+// A field for each count that occurs; of many, some have a number.
+draw::ColourBar bar_of_counts(double most, const std::vector<float>& counts) {
   constexpr double kMostTicks = 16;
-  std::vector<float> values;
-  draw::ColourBar bar{.colours = {}, .labels = {}};
-  const double step = std::ceil((most + 1) / kMostTicks);
-  for (double value = 0; value <= most; ++value) {
-    values.push_back(static_cast<float>(value));
-    if (std::fmod(value, step) == 0) bar.labels.emplace_back((value + 0.5) / (most + 1), bar_number(value));
-  }
-  bar.colours = colours_of(images::viridis(values, static_cast<int>(values.size()), 1, 0, most));
+  std::vector<float> occurring = counts;
+  std::sort(occurring.begin(), occurring.end());
+  occurring.erase(std::unique(occurring.begin(), occurring.end()), occurring.end());
+  const auto fields = static_cast<double>(occurring.size());
+  const auto step = static_cast<std::size_t>(std::ceil(fields / kMostTicks));
+  draw::ColourBar bar{.colours = colours_of(images::viridis(occurring, static_cast<int>(occurring.size()), 1, 0, most)),
+                      .labels = {}};
+  for (std::size_t i = 0; i < occurring.size(); i += step)
+    bar.labels.emplace_back((static_cast<double>(i) + 0.5) / fields, bar_number(occurring[i]));
   return bar;
 }
+
+namespace {
 
 // The picture with a grey of its own where it is transparent.
 images::Image on_grey(images::Image picture) {
@@ -102,8 +103,7 @@ images::Image on_grey(images::Image picture) {
 
 }  // namespace
 
-draw::ColourBar bar_of(double most, bool whole) {
-  if (whole) return bar_of_counts(most);
+draw::ColourBar bar_of(double most) {
   draw::ColourBar bar{.colours = colours_of(images::viridis(even(0, most), kBarColours, 1, 0, most)), .labels = {}};
   const double power = std::pow(10, std::floor(std::log10(most / 5)));
   double step = 10 * power;
@@ -153,7 +153,7 @@ draw::ImagePicture Drawings::side_by_side(const images::Image& image, const imag
     like.is_target = !inverse;
   }
   if (arguments_.numbers)
-    for (draw::ImagePanel& panel : picture.panels) panel.numbers = frames.numbers;
+    for (draw::ImagePanel& panel : picture.panels) panel.names = frames.names;
   return picture;
 }
 

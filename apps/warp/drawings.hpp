@@ -60,7 +60,9 @@ inline constexpr images::DivergingScale kLogJacobianScale{
 
 /// The bar of a scale, with its ends and middle, and the colour of folds where a value has it.
 draw::ColourBar bar_of(const images::DivergingScale& scale, const std::vector<float>& values);
-/// The bar of viridis from 0 to `most`. @param whole whether values are whole numbers
-draw::ColourBar bar_of(double most, bool whole = false);
+/// The bar of viridis from 0 to `most`.
+draw::ColourBar bar_of(double most);
+/// A field of it for each of the whole numbers that occur.
+draw::ColourBar bar_of_counts(double most, const std::vector<float>& counts);
 
 }  // namespace pulson

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "core/factorisations.hpp"
+#include "draw/layers.hpp"
 #include "pulson/core/errors.hpp"
 #include "register/picture.hpp"
 
@@ -120,7 +121,7 @@ void check_canvas(const WarpArguments& arguments, const Landmarks& to, const War
 
 void add_landmarks(const matching::Registration& registration, const Landmarks& to, WarpFrames& frames) {
   if (to.dimension() <= 2) frames.landmarks_there = frames.result.to_pixels(images::in_plane(to.points, frames.result));
-  for (int a = 0; a < registration.original.count(); ++a) frames.numbers.push_back(registration.original.number(a));
+  frames.names = draw::mark_names(registration.original);
   const std::vector<std::vector<int>> groups = landmarks_by_group(registration.original);
   frames.label_ranks.resize(static_cast<std::size_t>(registration.original.count()));
   for (std::size_t g = 0; g < groups.size(); ++g)

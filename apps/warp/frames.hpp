@@ -21,7 +21,7 @@ struct WarpFrames {
   std::array<int, 2> first_pixel{0, 0};  ///< of the result, in pixels of the image that the target was placed on
   std::string title;                     ///< of drawings: source → target
   Points landmarks_there;                ///< of the shape whose image the result is like, in its pixels
-  std::vector<int> numbers;              ///< of the landmarks, as people count them
+  std::vector<std::string> names;        ///< of the landmarks, as drawings show them
   std::vector<int> label_ranks;          ///< of each landmark: its group's number, or where there is one group its own
   std::vector<std::string> notes;
   std::vector<std::string> warnings;

@@ -65,9 +65,10 @@ class NumberPictures {
   }
 
   void write(What what, double most, bool whole = false) {
+    const draw::ColourBar bar = whole ? bar_of_counts(most, what.values) : bar_of(most);
     write(
-        std::move(what), [&](const What& of) { return images::viridis(of.values, of.width, of.height, 0, most); },
-        bar_of(most, whole), fmt::format("violet 0, teal {:.3g}, yellow {:.3g}", most / 2, most));
+        std::move(what), [&](const What& of) { return images::viridis(of.values, of.width, of.height, 0, most); }, bar,
+        fmt::format("violet 0, teal {:.3g}, yellow {:.3g}", most / 2, most));
   }
 
   std::vector<ColourKey> keys() && { return std::move(keys_); }

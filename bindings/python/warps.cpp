@@ -41,8 +41,10 @@ Points moved(const Match& match, const Points& points, const std::string& labels
   if (inverse) {
     to = flow.inverse(from);
     to.places = (alignment.scale * alignment.linear).inverse() * (to.places.colwise() - alignment.translation);
-  } else {
+  } else if (with_gradients) {
     to = flow.end_with_gradients(alignment.apply(from));
+  } else {
+    to.places = flow.end(alignment.apply(from));
   }
   if (!to.places.allFinite()) throw NumericalError("points: one is moved out of the range of numbers");
   Points result = Points::Constant(points.rows(), points.cols(), std::nan(""));

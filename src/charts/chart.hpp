@@ -48,6 +48,7 @@ struct ChartPanel {
   std::optional<std::pair<double, double>> y_range = {};  ///< to show, with a small margin; what is beyond is cut off
   std::vector<ReferenceLine> reference_lines = {};
   std::vector<std::string> x_names = {};  ///< below x = 1, 2, 3, … in place of numbers; may be empty
+  bool counts_x = false;                  ///< x counts things: tics at whole numbers alone
   bool log_x = false;                     ///< x > 0
   bool log_y = false;  ///< y > 0; bands and errors that reach down to zero or below are cut off at the bottom
 };

@@ -56,6 +56,17 @@ draw::Tics make_logarithmic_tics(const draw::Interval& range, double pixels, dou
   return too_few ? make_tics_of_values(range, pixels, distance) : tics;
 }
 
+/// Those at whole numbers.
+draw::Tics whole_tics(const draw::Tics& tics) {
+  draw::Tics whole;
+  for (const double value : tics.values) {
+    if (std::abs(value - std::round(value)) > 1e-6) continue;
+    whole.values.push_back(std::round(value));
+    whole.texts.push_back(fmt::format("{:.0f}", std::round(value)));
+  }
+  return whole;
+}
+
 constexpr double kBarPart = 0.8;      // of the distance between neighbouring x, that all bars there take
 constexpr double kLoneBarPart = 0.3;  // the same where there is one place alone
 constexpr double kLoneBar = 1;        // that distance where there is one x alone
@@ -265,8 +276,9 @@ draw::Tics ChartAxis::tics_at_names(double pixels) const {
 
 draw::Tics ChartAxis::tics_below(double pixels) const {
   if (!names_.empty()) return tics_at_names(pixels);
-  return logarithmic_ ? make_logarithmic_tics(range_, pixels, 2 * kDecadeTicDistance)
-                      : make_tics_below(range_, pixels, distance_below(pixels));
+  if (logarithmic_) return make_logarithmic_tics(range_, pixels, 2 * kDecadeTicDistance);
+  draw::Tics tics = make_tics_below(range_, pixels, distance_below(pixels));
+  return counts_ ? whole_tics(tics) : tics;
 }
 
 double bar_width(const ChartPanel& panel, const ChartAxis& x) {
@@ -292,6 +304,8 @@ ChartAxis horizontal_axis(const std::vector<const ChartPanel*>& column) {
   if (!(*names)->x_names.empty()) append(values, {0.5, static_cast<double>((*names)->x_names.size()) + 0.5});
   ChartAxis axis(values, column.front()->log_x);
   axis.set_names((*names)->x_names);
+  if (std::all_of(column.begin(), column.end(), [](const ChartPanel* panel) { return panel->counts_x; }))
+    axis.set_counts();
   if ((has_margin && (*names)->x_names.empty()) || axis.range().span() <= 0) axis.add_margins(false);
   return axis;
 }

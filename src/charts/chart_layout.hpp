@@ -42,6 +42,8 @@ class ChartAxis {
 
   /// Names of x = 1, 2, 3, …; those wider than their room are left out.
   void set_names(std::vector<std::string> names) { names_ = std::move(names); }
+  /// Tics below at whole numbers alone.
+  void set_counts() { counts_ = true; }
 
  private:
   draw::Tics tics_at_names(double pixels) const;
@@ -49,6 +51,7 @@ class ChartAxis {
   bool logarithmic_;
   draw::Interval range_;
   std::vector<std::string> names_;
+  bool counts_ = false;
 };
 
 /// Width of each bar of the panel's bar series, in places on its horizontal axis.

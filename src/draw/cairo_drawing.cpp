@@ -41,8 +41,9 @@ std::vector<std::uint32_t> premultiplied(const Raster& raster) {
 /// Draws the parts of a drawing.
 class Painter {
  public:
-  Painter(cairo_surface_t* surface, const Drawing& drawing, double scale)
-      : context_(cairo_create(surface), &cairo_destroy), cairo_(context_.get()), top_(drawing.top) {
+  /// @param least width of a line: less than a pixel of a raster would be pale, or lost
+  Painter(cairo_surface_t* surface, const Drawing& drawing, double scale, double least = 0)
+      : context_(cairo_create(surface), &cairo_destroy), cairo_(context_.get()), top_(drawing.top), least_(least) {
     set_colour(colour::kPaper);
     cairo_paint(cairo_);
     cairo_scale(cairo_, scale, scale);
@@ -66,7 +67,7 @@ class Painter {
 
   void operator()(const Lines& layer) {
     set_colour(layer.stroke.colour);
-    cairo_set_line_width(cairo_, layer.stroke.width);
+    cairo_set_line_width(cairo_, std::max(layer.stroke.width, least_));
     cairo_set_dash(cairo_, layer.stroke.dashes.data(), static_cast<int>(layer.stroke.dashes.size()), 0);
     const bool is_opaque = layer.stroke.colour.opacity >= 1;  // then one by one, which takes less time
     for (const Points& line : layer.lines) {
@@ -87,7 +88,7 @@ class Painter {
 
   void operator()(const Circles& layer) {
     set_colour(layer.colour);
-    cairo_set_line_width(cairo_, layer.ring);
+    cairo_set_line_width(cairo_, std::max(layer.ring, least_));
     for (const auto& centre : layer.centres.colwise()) {
       if (!centre.allFinite()) continue;
       cairo_new_sub_path(cairo_);
@@ -156,6 +157,7 @@ class Painter {
   Context context_;
   cairo_t* cairo_;
   double top_;
+  double least_;
 };
 
 cairo_status_t append(void* file, const unsigned char* bytes, unsigned count) {
@@ -189,7 +191,7 @@ std::string png_of(const Drawing& drawing, double scale) {
   const int width = std::max(1, static_cast<int>(columns)), height = std::max(1, static_cast<int>(rows));
   const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height), &cairo_surface_destroy);
   require_success(cairo_surface_status(surface.get()));
-  Painter(surface.get(), drawing, scale);
+  Painter(surface.get(), drawing, scale, 1 / scale);
   cairo_surface_flush(surface.get());
   const unsigned char* row = cairo_image_surface_get_data(surface.get());
   std::vector<std::uint8_t> pixels(std::size_t{3} * width * height);

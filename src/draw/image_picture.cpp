@@ -15,7 +15,7 @@ namespace {
 constexpr double kTallest = 1500, kTallestRow = 1000;  // of all panels, and of a row
 constexpr double kNarrowest = 960;                     // that holds the legend
 constexpr double kBarRoom = 52;                        // below a panel
-constexpr double kScaleHeight = 14, kLongestBar = 620, kBarText = 18, kMarkWidth = 26;
+constexpr double kScaleHeight = 14, kBarText = 18, kMarkWidth = 26;
 constexpr double kPanelNumberSize = 16;
 constexpr double kRingStroke = 1.8;
 const Stroke kHalo{faded(colour::kPaper, 0.25), 3.6};  // around rings and paths, so that they are seen on dark images
@@ -91,30 +91,33 @@ void draw_rings(Canvas& canvas, const View& view, const ImagePanel& panel) {
   const double radius = std::clamp(0.8 * Marks(plan_figure(shape, scale_of(view))).ring, 3.0, 7.0);
   canvas.rings(pixels, radius, kHalo);
   canvas.rings(pixels, radius, {ring_colour(panel), kRingStroke});
-  for (std::size_t i = 0; i < shown.size() && !panel.numbers.empty(); ++i) {
+  for (std::size_t i = 0; i < shown.size() && !panel.names.empty(); ++i) {
     const auto column = static_cast<Eigen::Index>(i);
-    const std::string text = std::to_string(panel.numbers[static_cast<std::size_t>(shown[i])]);
+    const std::string& text = panel.names[static_cast<std::size_t>(shown[i])];
     const double x = pixels(0, column) + radius + 3, y = pixels(1, column) + radius + 2;
     canvas.text_on_image(x, y, text, kPanelNumberSize, ring_colour(panel));
   }
 }
 
-/// The bar at the left end of the panel, its marked colour at the right of it.
+/// The bar along the panel, its marked colour at the right end.
 void draw_bar(Canvas& canvas, const Box& panel, const ColourBar& bar) {
-  const double marked = bar.mark.empty() ? 0 : kMarkWidth + 12 + text_width(bar.mark_label, kBarText) + 2 * kGap;
-  const double length = std::min(kLongestBar, panel.width - marked - 30), top = panel.bottom - 12;
+  const double marked = bar.mark.empty() ? 0 : kMarkWidth + 10 + text_width(bar.mark_label, kBarText);
+  const double length = panel.width - (bar.mark.empty() ? 0 : marked + kGap), top = panel.bottom - 12;
   const auto area = [&](double from, double to) {
     return border_of({from, top - kScaleHeight, to - from, kScaleHeight});
   };
-  const double left = panel.left + 14, piece = length / static_cast<double>(bar.colours.size());
+  const double left = panel.left, piece = length / static_cast<double>(bar.colours.size());
   for (std::size_t i = 0; i < bar.colours.size(); ++i) {  // each reaches below the next, so that no seam is seen
     const double from = left + piece * static_cast<double>(i);
     canvas.areas({area(from, std::min(from + 2 * piece, left + length))}, bar.colours[i]);
   }
-  for (const auto& [part, text] : bar.labels)
-    canvas.text(left + part * length, top - kScaleHeight - 14, text, kBarText, colour::kText, Align::kCentre);
+  for (const auto& [part, text] : bar.labels) {
+    const double half = text_width(text, kBarText) / 2;  // within the panel, whatever part it stands below
+    const double x = half < length / 2 ? std::clamp(part * length, half, length - half) : length / 2;
+    canvas.text(left + x, top - kScaleHeight - 14, text, kBarText, colour::kText, Align::kCentre);
+  }
   if (bar.mark.empty()) return;
-  const double at = left + length + kGap;
+  const double at = panel.right() - marked;
   canvas.areas({area(at, at + kMarkWidth)}, bar.mark);
   canvas.text(at + kMarkWidth + 10, top - kScaleHeight / 2, bar.mark_label, kBarText, colour::kText);
 }

@@ -24,12 +24,12 @@ struct ImagePanel {
   Raster pixels{};      ///< stretched over the panel; none: white
   int width = 0;        ///< pixels of the image, of which `pixels` may have fewer
   int height = 0;
-  std::vector<Points> grid{};       ///< lines 2×M
-  std::vector<Points> paths{};      ///< 2×N at each time: where the landmarks were; may be empty
-  Points landmarks = Points(2, 0);  ///< 2×N, as rings
-  bool is_target = false;           ///< whether these are the target's, which have another colour
-  std::vector<int> numbers{};       ///< N, beside the rings; may be empty
-  std::vector<ColourBar> bars{};    ///< one below the panel, or none
+  std::vector<Points> grid{};        ///< lines 2×M
+  std::vector<Points> paths{};       ///< 2×N at each time: where the landmarks were; may be empty
+  Points landmarks = Points(2, 0);   ///< 2×N, as rings
+  bool is_target = false;            ///< whether these are the target's, which have another colour
+  std::vector<std::string> names{};  ///< N, beside the rings; may be empty
+  std::vector<ColourBar> bars{};     ///< one below the panel, or none
 };
 
 /// Images beside one another.

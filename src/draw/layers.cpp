@@ -222,20 +222,52 @@ void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, cons
   }
 }
 
-void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure, const std::vector<int>& numbers,
-                  const Points& others) {
+namespace {
+
+std::vector<std::string> landmark_numbers(const Landmarks& shape) {
+  std::vector<std::string> numbers;
+  for (int a = 0; a < shape.count(); ++a) numbers.push_back(std::to_string(shape.number(a)));
+  return numbers;
+}
+
+}  // namespace
+
+std::vector<std::string> mark_names(const Landmarks& shape) {
+  constexpr std::size_t kLongestLabel = 12;  // bytes
+  const auto is_short = [](const std::string& label) { return !label.empty() && label.size() <= kLongestLabel; };
+  const std::set<std::string> different(shape.labels.begin(), shape.labels.end());
+  if (std::ssize(different) == shape.count() && std::all_of(shape.labels.begin(), shape.labels.end(), is_short))
+    return shape.labels;
+  return landmark_numbers(shape);
+}
+
+void draw_names(Canvas& canvas, const Points& pixels, const Figure& figure, const Landmarks& shape,
+                const Points& others) {
   if (pixels.cols() > kMostNumbers || !figure.outlines.empty() || figure.spacing < 2 * kNumberSize) return;
   const double ring = Marks(figure).ring;
   Points marks(2, pixels.cols() + others.cols());
   marks << pixels, others;
+  // The places of these texts, and how much they cover.
+  const auto place_all = [&](const std::vector<std::string>& texts, std::vector<Box>& taken) {
+    int covered = 0;
+    for (Eigen::Index a = 0; a < pixels.cols(); ++a) {
+      const double width = text_width(texts[static_cast<std::size_t>(a)], kNumberSize);
+      const TextPlace place = freest_place(pixels.col(a), width, kNumberSize, ring, marks, taken);
+      taken.push_back(place.box);
+      covered += place.covered;
+    }
+    return covered;
+  };
+  std::vector<std::string> texts = mark_names(shape);
   std::vector<Box> taken;
-  for (Eigen::Index a = 0; a < pixels.cols(); ++a) {
-    const auto number = numbers.empty() ? static_cast<int>(a) + 1 : numbers[static_cast<std::size_t>(a)];
-    const std::string text = std::to_string(number);
-    const Box place = freest_place(pixels.col(a), text_width(text, kNumberSize), kNumberSize, ring, marks, taken).box;
-    taken.push_back(place);
-    canvas.text_on_image(place.left, place.bottom + place.height / 2, text, kNumberSize, colour::kTitle);
+  constexpr double kMostCovered = 0.2;  // marks and texts for each name, above which numbers are easier to read
+  if (place_all(texts, taken) > kMostCovered * static_cast<double>(pixels.cols()) && !shape.labels.empty()) {
+    texts = landmark_numbers(shape);
+    taken.clear();
+    place_all(texts, taken);
   }
+  for (std::size_t a = 0; a < texts.size(); ++a)
+    canvas.text_on_image(taken[a].left, taken[a].bottom + taken[a].height / 2, texts[a], kNumberSize, colour::kTitle);
 }
 
 void draw_target(Canvas& canvas, const Points& pixels, const Figure& figure, const Marks& marks) {
@@ -269,6 +301,18 @@ void draw_paths_by_time(Canvas& canvas, const View& view, const Paths& paths, co
   }
   for (std::size_t i = 0; i < pieces.size(); ++i)
     canvas.lines(pieces[i], {time_colour((static_cast<double>(i) + 0.5) / kTimeColours), width});
+}
+
+void draw_image(Canvas& canvas, const View& view, const std::optional<PlacedImage>& image) {
+  if (!image) return;
+  constexpr double kPaleness = 0.35;
+  Points corners(2, 2);
+  corners << image->low, image->high;
+  const Points pixels = view.pixels(corners);
+  const Eigen::Vector2d low = pixels.rowwise().minCoeff(), high = pixels.rowwise().maxCoeff();
+  const Box box{low.x(), low.y(), high.x() - low.x(), high.y() - low.y()};
+  canvas.raster(image->pixels, box);
+  canvas.areas({border_of(box)}, faded(colour::kPaper, 1 - kPaleness));
 }
 
 void draw_start(Canvas& canvas, const Points& pixels, const Figure& figure) {

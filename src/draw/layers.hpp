@@ -10,6 +10,7 @@
 #include "legend.hpp"
 #include "marks.hpp"
 #include "pulson/core/landmarks.hpp"
+#include "pulson/draw/pictures.hpp"
 
 namespace pulson::draw {
 
@@ -66,10 +67,14 @@ struct Marks {
 void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, const Colour& colour,
                 double most_dot = 1e9);
 
-/// The numbers of the landmarks, from 1, beside their marks, where they are few enough to be legible: each on the side
-/// where it covers the fewest marks, those at `others` (2×M) included, and numbers.
-void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure, const std::vector<int>& numbers = {},
-                  const Points& others = Points(2, 0));
+/// What pictures call the landmarks of a shape: their labels where each has a short one of its own, else their numbers
+/// in the file.
+std::vector<std::string> mark_names(const Landmarks& shape);
+
+/// These names beside the marks, where they are few enough to be legible: each on the side where it covers the fewest
+/// marks, those at `others` (2×M) included, and names. Numbers where labels would not be legible and numbers are.
+void draw_names(Canvas& canvas, const Points& pixels, const Figure& figure, const Landmarks& shape,
+                const Points& others = Points(2, 0));
 
 /// A text beside a mark: where it is, and how many marks and texts it covers there.
 struct TextPlace {
@@ -95,6 +100,9 @@ struct Paths {
 /// ones. Long ones are thinned by `thin_paths`, to about `vertices` in all.
 void draw_paths_by_time(Canvas& canvas, const View& view, const Paths& paths, const Figure& figure, double width,
                         std::size_t vertices);
+
+/// A picture, so pale that what lies above it is seen; none: nothing.
+void draw_image(Canvas& canvas, const View& view, const std::optional<PlacedImage>& image);
 
 /// The landmarks where paths start, at `pixels` (2×N), in small marks, and thinly the outlines that have no marks.
 void draw_start(Canvas& canvas, const Points& pixels, const Figure& figure);

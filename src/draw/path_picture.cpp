@@ -136,7 +136,7 @@ void draw_start_with_momenta(Canvas& canvas, const View& view, const PathPicture
   if (tips.cols() > 0)
     canvas.arrows(start(Eigen::all, figure.with_path), view.pixels(tips)(Eigen::all, figure.with_path),
                   {colour::kMomentum, Marks(figure).stroke});
-  draw_numbers(canvas, start, figure);
+  draw_names(canvas, start, figure, picture.start);
 }
 
 void draw_ends(Canvas& canvas, const View& view, const PathPicture& picture, const Ends& ends, const Figure& figure,

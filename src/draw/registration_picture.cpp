@@ -44,19 +44,6 @@ void draw_target(Canvas& canvas, const Points& pixels, const Figures& figures) {
   draw_target(canvas, pixels, figures.target, source.ring < target.ring ? source : target);
 }
 
-/// A picture, so pale that what lies above it is seen.
-void draw_image(Canvas& canvas, const View& view, const std::optional<PlacedImage>& image) {
-  if (!image) return;
-  constexpr double kPaleness = 0.35;
-  Points corners(2, 2);
-  corners << image->low, image->high;
-  const Points pixels = view.pixels(corners);
-  const Eigen::Vector2d low = pixels.rowwise().minCoeff(), high = pixels.rowwise().maxCoeff();
-  const Box box{low.x(), low.y(), high.x() - low.x(), high.y() - low.y()};
-  canvas.raster(image->pixels, box);
-  canvas.areas({border_of(box)}, faded(colour::kPaper, 1 - kPaleness));
-}
-
 /// The ranges of all coordinates with a margin; none is less than `flattest` of the widest.
 std::vector<Interval> data_ranges(const RegistrationPicture& picture, double flattest) {
   std::vector<const Points*> sets{&picture.source.points, &picture.target.points, &picture.result,
@@ -115,8 +102,8 @@ Canvas compose_plane(const RegistrationPicture& picture) {
   draw_target(canvas, before.pixels(picture.target.points), figures);
   draw_energy(canvas, before.pixels(picture.source.points), picture);
   draw_shape(canvas, before.pixels(picture.source.points), figure, colour::kSource);
-  draw_numbers(canvas, before.pixels(picture.source.points), figure, picture.source.numbers,
-               before.pixels(Points(picture.target.points(Eigen::all, figures.target.marked))));
+  draw_names(canvas, before.pixels(picture.source.points), figure, picture.source,
+             before.pixels(Points(picture.target.points(Eigen::all, figures.target.marked))));
 
   draw_frame(canvas, after, "Result", stacked);
   draw_image(canvas, after, picture.image_after);
@@ -137,15 +124,24 @@ Canvas compose_space(const RegistrationPicture& picture) {
   const Figure& figure = figures.source;
   draw_displacements(plan.canvas, plan.side, picture.source.points, picture.result, figure,
                      {picture.surface_before, picture.triangles});
+  bool any_hidden = false;
   for (const View& view : plan.views) {
     draw_frame(plan.canvas, view, axis_names(view), true);
-    draw_surface(plan.canvas, view, {picture.surface_after, picture.triangles});
+    const SurfaceParts surface{picture.surface_after, picture.triangles};
+    const std::vector<int> hidden = hidden_points(view, surface, picture.result);
+    const SplitFigure parts = split(figure, hidden, picture.result.cols());
+    any_hidden = any_hidden || !hidden.empty();
+    draw_shape(plan.canvas, view.pixels(picture.result), parts.hidden, colour::kResult);
+    draw_surface(plan.canvas, view, surface);
     plan.canvas.lines(trace(figure, false, view.pixels(picture.source.points)),
                       {faded(colour::kSource, 0.4), Marks(figure).outline});
-    draw_registration(plan.canvas, view, picture, figures);
+    const Figure target =
+        picture.corresponds ? split(figures.target, hidden, picture.result.cols()).seen : figures.target;
+    draw_registration(plan.canvas, view, picture, {parts.seen, target});
   }
   std::vector<LegendEntry> legend = legend_of_shapes(figures, picture);
   legend.push_back(arrow_entry("displacement", colour::kMomentum));
+  if (any_hidden) legend.push_back(dot_entry("behind the surface", {faded(colour::kResult, 0.75)}));
   legend.push_back(legend_of_time(picture.times));
   draw_legend(plan.canvas, legend);
   return std::move(plan.canvas);

@@ -43,15 +43,21 @@ std::vector<View> views_of(const ShapePanels& picture) {
 void draw_panel(Canvas& canvas, const View& view, const ShapePanel& panel, const ShapePanels& picture,
                 const Figure& figure) {
   const Marks marks(figure);
+  if (panel.image) {
+    canvas.look_through(view.box);
+    draw_image(canvas, view, panel.image);
+    canvas.look_through({});
+  }
   canvas.lines(view.pixels(panel.grid), kPanelGridStroke);
+  const std::vector<std::vector<int>> groups = landmarks_by_group(picture.reference);
   for (const Points& dots : panel.cloud)
-    canvas.dots(view.pixels(dots), std::min(2.2, marks.dot), faded(colour::kSource, 0.45));
+    for (std::size_t g = 0; g < groups.size(); ++g)
+      canvas.dots(view.pixels(Points(dots(Eigen::all, groups[g]))), std::min(2.2, marks.dot),
+                  faded(figure.names.empty() ? colour::kSource : group_colour(g), 0.45));
   const Points reference = view.pixels(picture.reference.points);
   if (panel.shape.size() == 0) {
     draw_shape(canvas, reference, figure, colour::kResult);
-    std::vector<int> numbers;
-    for (int a = 0; a < picture.reference.count(); ++a) numbers.push_back(picture.reference.number(a));
-    draw_numbers(canvas, reference, figure, numbers);
+    draw_names(canvas, reference, figure, picture.reference);
   } else {
     const Points shape = view.pixels(panel.shape);
     for (const bool dense : {true, false})
@@ -70,10 +76,17 @@ std::vector<LegendEntry> legend_of(const ShapePanels& picture, const Figure& fig
     return figure.marked.empty() ? line_entry(text, colour) : dot_entry(text, {colour});
   };
   const bool is_alone = picture.shape_name.empty();
-  std::vector<LegendEntry> legend{entry(picture.reference_name, is_alone ? colour::kResult : colour::kReference)};
-  if (!is_alone) legend.push_back(entry(picture.shape_name, colour::kResult));
+  std::vector<LegendEntry> legend;
+  if (!is_alone || figure.names.empty())
+    legend.push_back(entry(picture.reference_name, is_alone ? colour::kResult : colour::kReference));
+  if (!figure.names.empty())
+    for (LegendEntry& group : legend_of_shape(figure, colour::kResult, "")) legend.push_back(std::move(group));
+  else if (!is_alone)
+    legend.push_back(entry(picture.shape_name, colour::kResult));
   if (!is_alone && !figure.marked.empty()) legend.push_back(line_entry("displacement", colour::kMomentum));
-  if (!picture.cloud_name.empty()) legend.push_back(dot_entry(picture.cloud_name, {faded(colour::kSource, 0.3)}));
+  if (!picture.cloud_name.empty())
+    legend.push_back(dot_entry(picture.cloud_name,
+                               {figure.names.empty() ? faded(colour::kSource, 0.3) : faded(colour::kReference, 0.3)}));
   return legend;
 }
 

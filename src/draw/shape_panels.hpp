@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,10 +11,11 @@ namespace pulson::draw {
 
 /// One shape of a picture of several.
 struct ShapePanel {
-  std::string heading;             ///< one line
-  Points shape;                    ///< d×N, may be empty
-  std::vector<Points> grid = {};   ///< d = 2: lines 2×M below it
-  std::vector<Points> cloud = {};  ///< d×N each, small dots below it; may miss coordinates (NaN)
+  std::string heading;                    ///< one line
+  Points shape;                           ///< d×N, may be empty
+  std::vector<Points> grid = {};          ///< d = 2: lines 2×M below it
+  std::vector<Points> cloud = {};         ///< d×N each, small dots below it; may miss coordinates (NaN)
+  std::optional<PlacedImage> image = {};  ///< d = 2: below all
 };
 
 /// Shapes of one scale in rows and columns, d = 2 or 3; in space two coordinate planes of each.

@@ -26,13 +26,33 @@ Screen side_screen() {
 /// The places seen from the side: to the right and upwards, 2×N.
 Points from_the_side(const Points& points) { return side_screen() * points; }
 
+constexpr double kFiner = 2;             // pixels of the surface in one of the canvas
+constexpr double kSurfaceOpacity = 0.8;  // so that marks behind it are seen to be there
+
+Window window_of(const View& view) {
+  return {{view.x.low, view.y.low},
+          {view.x.high, view.y.high},
+          std::max(1, static_cast<int>(std::lround(kFiner * view.box.width)))};
+}
+
 void draw_surface(Canvas& canvas, const View& view, const SurfaceParts& surface, const Screen& screen) {
-  constexpr double kFiner = 2;  // pixels of the surface in one of the canvas
   if (surface.triangles.empty()) return;
-  const Window window{{view.x.low, view.y.low},
-                      {view.x.high, view.y.high},
-                      std::max(1, static_cast<int>(std::lround(kFiner * view.box.width)))};
-  canvas.raster(shaded(surface, screen, window), view.box);
+  Raster raster = shaded(surface, screen, window_of(view));
+  for (std::size_t i = 3; i < raster.rgba.size(); i += 4)
+    raster.rgba[i] = static_cast<std::uint8_t>(kSurfaceOpacity * raster.rgba[i]);
+  canvas.raster(raster, view.box);
+}
+
+std::vector<int> hidden_points(const View& view, const SurfaceParts& surface, const Points& points,
+                               const Screen& screen) {
+  if (surface.triangles.empty()) return {};
+  return points_behind(surface, screen, window_of(view), points);
+}
+
+Screen screen_of(const View& view) {
+  Screen screen = Screen::Zero();
+  screen(0, view.row_x) = screen(1, view.row_y) = 1;
+  return screen;
 }
 
 /// The edges of the box around places in space.
@@ -96,9 +116,25 @@ Plan arrange_space(const Titles& titles, const std::vector<Interval>& ranges, co
 }
 
 void draw_surface(Canvas& canvas, const View& view, const SurfaceParts& surface) {
-  Screen screen = Screen::Zero();
-  screen(0, view.row_x) = screen(1, view.row_y) = 1;
-  draw_surface(canvas, view, surface, screen);
+  draw_surface(canvas, view, surface, screen_of(view));
+}
+
+std::vector<int> hidden_points(const View& view, const SurfaceParts& surface, const Points& points) {
+  return hidden_points(view, surface, points, screen_of(view));
+}
+
+SplitFigure split(const Figure& figure, const std::vector<int>& hidden, Eigen::Index count) {
+  std::vector<int> others;
+  for (int a = 0; a < count; ++a)
+    if (!std::binary_search(hidden.begin(), hidden.end(), a)) others.push_back(a);
+  SplitFigure parts{figure, without(figure, others)};
+  // Outlines stay whole in front: a line that ends at a mark behind is easier to read than one that leaves it out.
+  for (std::vector<int>& members : parts.seen.groups)
+    std::erase_if(members, [&](int a) { return std::binary_search(hidden.begin(), hidden.end(), a); });
+  std::erase_if(parts.seen.marked, [&](int a) { return std::binary_search(hidden.begin(), hidden.end(), a); });
+  parts.hidden.outlines.clear();
+  parts.hidden.links.clear();
+  return parts;
 }
 
 void draw_displacements(Canvas& canvas, const Box& box, const Points& from, const Points& to, const Figure& figure,
@@ -116,14 +152,16 @@ void draw_displacements(Canvas& canvas, const Box& box, const Points& from, cons
   draw_frame(canvas, view,
              factor > 1 ? fmt::format("Displacements × {:g}, from the side", factor) : "Displacements, from the side",
              {}, {});
+  const Points seen = view.pixels(feet);
+  const SplitFigure parts = split(figure, hidden_points(view, surface, from, side_screen()), from.cols());
+  draw_start(canvas, seen, parts.hidden);
   draw_surface(canvas, view, surface, side_screen());
   canvas.lines(view.pixels(edges), {colour::kGrid, 1.2});
-  const Points seen = view.pixels(feet);
   for (std::size_t group = 0; group < figure.groups.size(); ++group)
     canvas.lines(trace(figure, false, seen, group), {faded(colour::kSource, 0.6), 1.1});
   canvas.arrows(seen(Eigen::all, figure.with_path), view.pixels(tips)(Eigen::all, figure.with_path),
                 {colour::kMomentum, Marks(figure).stroke});
-  draw_start(canvas, seen, figure);
+  draw_start(canvas, seen, parts.seen);
 }
 
 }  // namespace pulson::draw

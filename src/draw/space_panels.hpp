@@ -12,8 +12,19 @@ namespace pulson::draw {
 /// below. `tallest` and `all_numbered` of the arrangement are not used.
 Plan arrange_space(const Titles& titles, const std::vector<Interval>& ranges, const Arrangement& arrangement = {});
 
-/// The surface in a panel, below what is drawn after it. Nothing where it has no triangles.
+/// The surface in a panel, below what is drawn after it; what was drawn before shines through. Nothing where it has no
+/// triangles.
 void draw_surface(Canvas& canvas, const View& view, const SurfaceParts& surface);
+
+/// Which of the points, 3×N, the surface hides in a panel; none where it has no triangles.
+std::vector<int> hidden_points(const View& view, const SurfaceParts& surface, const Points& points);
+
+/// The figure without the marks of these landmarks, and with theirs alone.
+struct SplitFigure {
+  Figure seen;
+  Figure hidden;
+};
+SplitFigure split(const Figure& figure, const std::vector<int>& hidden, Eigen::Index count);
 
 /// Draws the landmarks, seen from the side, with arrows of their displacements, which are magnified where they are
 /// small: by 1, 2 or 5 times a power of ten, so that the longest is at most a fifth of the diagonal of the shape. The

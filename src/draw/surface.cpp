@@ -58,6 +58,12 @@ class Shading {
 
   Raster take() && { return std::move(raster_); }
 
+  // Of the surface at a place in pixels; −∞ where there is none.
+  double nearness_at(double x, double y) const {
+    if (!(x >= 0 && y >= 0 && x < raster_.width && y < raster_.height)) return -std::numeric_limits<double>::infinity();
+    return nearness_[pixels(raster_.width, static_cast<int>(y)) + static_cast<std::size_t>(x)];
+  }
+
  private:
   static std::size_t pixels(int width, int height) {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
@@ -86,21 +92,60 @@ class Shading {
 
 }  // namespace
 
-Raster shaded(const SurfaceParts& surface, const Screen& screen, const Window& window) {
-  const double scale = window.width / (window.high - window.low).x();
-  const int height = std::max(1, static_cast<int>(std::lround(scale * (window.high - window.low).y())));
-  Eigen::Matrix3d view;
-  view << screen, Vector3d(screen.row(0)).cross(Vector3d(screen.row(1))).transpose();
-  Eigen::Matrix3Xd places = view * surface.vertices;
-  places.row(0) = scale * (places.row(0).array() - window.low.x());
-  places.row(1) = scale * (window.high.y() - places.row(1).array());
-  Eigen::Matrix3Xd normals = view * normals_of(surface);
+namespace {
+
+// From space to pixels of a window, the third row towards the viewer.
+class Projection {
+ public:
+  Projection(const Screen& screen, const Window& window)
+      : window_(window), scale_(window.width / (window.high - window.low).x()) {
+    view_ << screen, Vector3d(screen.row(0)).cross(Vector3d(screen.row(1))).transpose();
+  }
+
+  int height() const { return std::max(1, static_cast<int>(std::lround(scale_ * (window_.high - window_.low).y()))); }
+  const Eigen::Matrix3d& view() const { return view_; }
+
+  Eigen::Matrix3Xd places(const Points& points) const {
+    Eigen::Matrix3Xd places = view_ * points;
+    places.row(0) = scale_ * (places.row(0).array() - window_.low.x());
+    places.row(1) = scale_ * (window_.high.y() - places.row(1).array());
+    return places;
+  }
+
+ private:
+  Window window_;
+  double scale_;
+  Eigen::Matrix3d view_;
+};
+
+Shading shading_of(const SurfaceParts& surface, const Projection& projection, const Window& window) {
+  const Eigen::Matrix3Xd places = projection.places(surface.vertices);
+  Eigen::Matrix3Xd normals = projection.view() * normals_of(surface);
   for (auto normal : normals.colwise())
     if (normal.z() < 0) normal = -normal.eval();  // of either side, that which is seen
-  Shading shading(window.width, height);
+  Shading shading(window.width, projection.height());
   for (const auto& triangle : surface.triangles)
     shading.draw(places(Eigen::all, triangle), normals(Eigen::all, triangle));
-  return std::move(shading).take();
+  return shading;
+}
+
+}  // namespace
+
+Raster shaded(const SurfaceParts& surface, const Screen& screen, const Window& window) {
+  return shading_of(surface, Projection(screen, window), window).take();
+}
+
+std::vector<int> points_behind(const SurfaceParts& surface, const Screen& screen, const Window& window,
+                               const Points& points) {
+  constexpr double kBelow = 0.02;  // of the diagonal
+  const Projection projection(screen, window);
+  const Shading shading = shading_of(surface, projection, window);
+  const Eigen::Matrix3Xd places = projection.places(points);
+  const double least = kBelow * (window.high - window.low).norm();
+  std::vector<int> behind;
+  for (int a = 0; a < points.cols(); ++a)
+    if (shading.nearness_at(places(0, a), places(1, a)) > places(2, a) + least) behind.push_back(a);
+  return behind;
 }
 
 }  // namespace pulson::draw

@@ -32,4 +32,9 @@ inline const SurfaceParts kNoSurface{kNoVertices, kNoTriangles};
 /// the nearest of overlapping triangles, light from the upper left, normals interpolated between the vertices.
 Raster shaded(const SurfaceParts& surface, const Screen& screen, const Window& window);
 
+/// Which of the points, 3×N, lie behind the surface: further from the viewer than it, by more than 2 % of the window's
+/// diagonal, as landmarks that lie on the surface may be a little below it.
+std::vector<int> points_behind(const SurfaceParts& surface, const Screen& screen, const Window& window,
+                               const Points& points);
+
 }  // namespace pulson::draw

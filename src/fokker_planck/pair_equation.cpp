@@ -72,14 +72,13 @@ void check(const PairEquationOptions& options) {
                                  kLeastGrids, kMostGrids));
 }
 
-// u at the start and at the kCurveIntervals + 1 times, as it comes: it may leave [0, 1] by the error.
+// u at the start and after each step, as it comes: it may leave [0, 1] by the error.
 std::vector<double> solve(const ScaledPair& pair, const PairMesh& mesh) {
   BackwardEquation equation(pair, mesh);
   std::vector<double> curve{0};
-  const int steps_between = mesh.steps / kCurveIntervals;
   for (int step = 1; step <= mesh.steps; ++step) {
     equation.step();
-    if (step % steps_between == 0) curve.push_back(equation.at_start());
+    curve.push_back(equation.at_start());
   }
   return curve;
 }
@@ -101,7 +100,11 @@ void state_error(PairCrossing& crossing, double tolerance) {
   crossing.converged = crossing.error <= std::max(tolerance * crossing.grids.back(), rounding);
 }
 
-void add_grid(PairCrossing& crossing, const PairMesh& mesh, std::vector<double> curve) {
+void add_grid(PairCrossing& crossing, const PairMesh& mesh, std::vector<double> fine_curve) {
+  const auto between = static_cast<std::size_t>(mesh.steps / kCurveIntervals);
+  std::vector<double> curve;
+  for (std::size_t step = 0; step < fine_curve.size(); step += between) curve.push_back(fine_curve[step]);
+  crossing.fine_curve = std::move(fine_curve);
   crossing.grids.push_back(curve.back());
   crossing.curve_error = 0;
   for (std::size_t k = 0; k < crossing.curve.size(); ++k)
@@ -138,7 +141,8 @@ PairCrossing crossing_probability(const PairEquation& pair, const PairEquationOp
   }
   refine(crossing, scaled, options);
   const auto within = [](double u) { return std::clamp(u, 0.0, 1.0); };
-  std::transform(crossing.curve.begin(), crossing.curve.end(), crossing.curve.begin(), within);
+  for (std::vector<double>* curve : {&crossing.curve, &crossing.fine_curve})
+    std::transform(curve->begin(), curve->end(), curve->begin(), within);
   crossing.probability = crossing.curve.back();
   crossing.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   return crossing;

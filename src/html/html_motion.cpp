@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "draw/layers.hpp"
+#include "html_numbers.hpp"
 #include "html_parts.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/draw/pictures.hpp"
@@ -29,6 +29,8 @@ void check_frames(const char* name, const std::vector<Points>& frames, Eigen::In
     check(frames[f].allFinite(), fmt::format("frame {} of the {} of a motion is not finite", f + 1, name));
   }
 }
+
+}  // namespace
 
 void check_sizes(const ReportMotion& motion) {
   const Eigen::Index d = motion.source.points.rows(), n = motion.source.points.cols();
@@ -72,20 +74,6 @@ void check_sizes(const ReportMotion& motion) {
   for (const int a : motion.outliers) check(a >= 0 && a < n, fmt::format("a motion has no landmark {}", a));
 }
 
-// The box of all that is drawn, and the length of a unit in it.
-struct Box {
-  Eigen::VectorXd low, high;
-  double unit = 1;
-
-  void include(const Points& points) {
-    if (points.cols() == 0) return;
-    if (const auto [from, to] = bounding_box(points); from.allFinite() && to.allFinite()) {
-      low = low.cwiseMin(from);
-      high = high.cwiseMax(to);
-    }
-  }
-};
-
 Box box_of(const ReportMotion& motion) {
   const Eigen::Index d = motion.source.points.rows();
   const double infinity = std::numeric_limits<double>::infinity();
@@ -107,89 +95,14 @@ Box box_of(const ReportMotion& motion) {
   return box;
 }
 
-class Json {
- public:
-  explicit Json(const Box& box) : box_(box) {}
-
-  // "name":value,
-  template <typename Value>
-  void add(std::string_view name, const Value& value) {
-    fmt::format_to(std::back_inserter(text_), "\"{}\":{},", name, value);
-  }
-
-  // Places in units, landmark by landmark.
-  void add_points(std::string_view name, const Points& points) {
-    fmt::format_to(std::back_inserter(text_), "\"{}\":", name);
-    append(points);
-    text_ += ',';
-  }
-
-  void add_frames(std::string_view name, const std::vector<Points>& frames) {
-    fmt::format_to(std::back_inserter(text_), "\"{}\":[", name);
-    for (const Points& frame : frames) {
-      append(frame);
-      text_ += ',';
-    }
-    end_list();
-  }
-
-  void add_paths(std::string_view name, const std::vector<std::vector<Points>>& paths) {
-    fmt::format_to(std::back_inserter(text_), "\"{}\":[", name);
-    for (const std::vector<Points>& path : paths) {
-      text_ += '[';
-      for (const Points& frame : path) {
-        append(frame);
-        text_ += ',';
-      }
-      end_list();
-    }
-    end_list();
-  }
-
-  // Lines through landmarks and links between two: lists of their numbers from 0, the first again at the end of a
-  // closed one.
-  void add_outlines(std::string_view name, const draw::Figure& figure) {
-    fmt::format_to(std::back_inserter(text_), "\"{}\":[", name);
-    for (const draw::Outline& outline : figure.outlines)
-      fmt::format_to(std::back_inserter(text_), "[{}],", fmt::join(outline.members, ","));
-    for (const draw::Link& link : figure.links)
-      fmt::format_to(std::back_inserter(text_), "[{},{}],", link.from, link.to);
-    end_list();
-  }
-
-  std::string finished() {
-    text_.pop_back();
-    return "{" + text_ + "}";
-  }
-
- private:
-  void end_list() {
-    if (text_.back() == ',') text_.pop_back();
-    text_ += "],";
-  }
-
-  void append(const Points& points) {
-    text_ += '[';
-    for (Eigen::Index a = 0; a < points.cols(); ++a)
-      for (Eigen::Index axis = 0; axis < points.rows(); ++axis) {
-        if (const double place = points(axis, a); std::isnan(place))
-          text_ += "null,";
-        else
-          fmt::format_to(std::back_inserter(text_), "{:.0f},", (place - box_.low[axis]) / box_.unit);
-      }
-    if (text_.back() == ',') text_.pop_back();
-    text_ += ']';
-  }
-
-  const Box& box_;
-  std::string text_;
-};
+namespace {
 
 std::string list(const std::vector<double>& numbers) { return fmt::format("[{:.6g}]", fmt::join(numbers, ",")); }
 std::string list(const std::vector<int>& numbers) { return fmt::format("[{}]", fmt::join(numbers, ",")); }
 std::string list(const Eigen::VectorXd& v) { return list(std::vector<double>(v.begin(), v.end())); }
 
-// A letter that ends neither the string nor the script; bytes that are not UTF-8 are replaced.
+}  // namespace
+
 void append_json_text(std::string& json, const std::string& text) {
   for (const char letter : valid_utf8(text)) {
     const auto byte = static_cast<unsigned char>(letter);
@@ -199,6 +112,8 @@ void append_json_text(std::string& json, const std::string& text) {
       json += letter;
   }
 }
+
+namespace {
 
 // The labels, or none at all.
 std::string names(const Landmarks& shape) {
@@ -220,10 +135,14 @@ std::vector<int> group_numbers(const Landmarks& shape) {
   return numbers;
 }
 
-std::string numbers_of(const ReportMotion& motion) {
+}  // namespace
+
+void add_motion(const ReportMotion& motion, std::size_t frames, Json& json) {
   constexpr double kPixels = 600;  // about the size on a page, for which outlines are planned
-  const Box box = box_of(motion);
-  Json json(box);
+  const Box& box = json.box();
+  const auto first = [&](const std::vector<Points>& all) {
+    return std::vector<Points>(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(frames, all.size())));
+  };
   const double scale = kPixels / (box.unit * kUnits);
   const draw::Figure figure = draw::plan_figure(motion.source, scale);
   json.add("d", motion.source.dimension());
@@ -239,7 +158,7 @@ std::string numbers_of(const ReportMotion& motion) {
   std::vector<int> numbers(static_cast<std::size_t>(motion.source.count()));
   for (int a = 0; a < motion.source.count(); ++a) numbers[static_cast<std::size_t>(a)] = motion.source.number(a);
   json.add("numbers", list(numbers));
-  json.add_frames("frames", motion.frames);
+  json.add_frames("frames", first(motion.frames));
   json.add_points("target", motion.target.points);
   json.add("down", motion.source.frame.y_down || motion.target.frame.y_down);
   json.add("pairs", motion.corresponds);
@@ -251,7 +170,7 @@ std::string numbers_of(const ReportMotion& motion) {
     json.add("image", list(std::vector<double>{image.first.x(), image.first.y(), image.last.x(), image.last.y()}));
     json.add("mesh", list(std::vector<int>{motion.image->columns, motion.lines.front(), motion.image->step}));
   }
-  json.add_frames("grid", motion.grid);
+  json.add_frames("grid", first(motion.grid));
   std::vector<int> corners;
   for (const auto& triangle : motion.triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
   json.add("triangles", list(corners));
@@ -260,8 +179,9 @@ std::string numbers_of(const ReportMotion& motion) {
   json.add_paths("others", motion.others);
   json.add_frames("extra", motion.extra.lines);
   json.add("names", names(motion.source));
-  return json.finished();
 }
+
+namespace {
 
 // What the canvas shows, for those who do not see it.
 std::string description(const ReportMotion& motion) {
@@ -270,7 +190,8 @@ std::string description(const ReportMotion& motion) {
   return motion.source.dimension() == 3 ? text + "; arrow keys turn the view" : text;
 }
 
-// The key, whose entries switch their layers.
+}  // namespace
+
 std::string key_of(const ReportMotion& motion) {
   std::string text = "<ul class=\"key\">";
   const auto add = [&](bool is_there, const char* style, const char* layer, const std::string& name, bool on = true) {
@@ -289,11 +210,10 @@ std::string key_of(const ReportMotion& motion) {
   add(motion.image.has_value(), "photo", "image", "image");
   add(!motion.triangles.empty(), "photo", "surface", "surface");
   constexpr int kMostNumbers = 400;
-  add(motion.source.count() <= kMostNumbers, "names", "numbers", "numbers", false);
+  add(motion.source.count() <= kMostNumbers, "names", "numbers", motion.source.labels.empty() ? "numbers" : "names",
+      false);
   return text + "</ul>\n";
 }
-
-}  // namespace
 
 std::string zoom_buttons() {
   return R"(<span class="zoom"><button type="button" data-zoom="1.5" aria-label="zoom in">+</button>)"
@@ -316,7 +236,10 @@ std::string motion(const ReportMotion& motion) {
       "<p class=\"keys\">With the focus on the picture: <kbd>space</kbd> plays, <kbd>+</kbd> <kbd>−</kbd> <kbd>0</kbd> "
       "zoom, arrows {}, <kbd>n</kbd> <kbd>p</kbd> step through the landmarks.</p>\n",
       motion.source.dimension() == 3 ? "turn it" : "move it");
-  return text + "<script type=\"application/json\">" + numbers_of(motion) + "</script>\n</figure>\n";
+  const Box box = box_of(motion);
+  Json json(box);
+  add_motion(motion, motion.frames.size(), json);
+  return text + "<script type=\"application/json\">" + std::move(json).finished() + "</script>\n</figure>\n";
 }
 
 std::string stack(const ReportStack& stack) {

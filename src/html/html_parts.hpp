@@ -24,6 +24,9 @@ std::string data_address(const EmbeddedPicture& picture);
 /// number is not finite
 std::string motion(const ReportMotion& motion);
 
+/// The shapes as a figure, which page/space.js draws. @throws InputError where sizes disagree or a number is not finite
+std::string shape_space(const ReportShapeSpace& space);
+
 /// Two pictures over one another, which page/stack.js mixes. @throws InputError as data_address does
 std::string stack(const ReportStack& stack);
 

@@ -207,6 +207,7 @@ class BlockWriter {
 
   void operator()(const ReportMotion& motion) { page_ += html::motion(motion); }
   void operator()(const ReportStack& stack) { page_ += html::stack(stack); }
+  void operator()(const ReportShapeSpace& space) { page_ += html::shape_space(space); }
 
   void operator()(const ReportClaims& claims) {
     if (claims.empty()) return;
@@ -274,16 +275,18 @@ std::string motion_style() {
 
 /// What the page needs of the scripts, each a line of its own.
 std::string scripts_of(const HtmlReport& report) {
-  const bool moves = has<ReportMotion>(report), stacks = has<ReportStack>(report);
+  const bool has_space = has<ReportShapeSpace>(report), stacks = has<ReportStack>(report);
+  const bool moves = has<ReportMotion>(report) || has_space;
   std::string text = fmt::format("\n{}", page::report_js);
   if (moves || stacks) text += fmt::format("\n{}", page::zoom_js);
   if (moves) text += fmt::format("\n{}\n{}", page::view_js, page::motion_js);
+  if (has_space) text += fmt::format("\n{}", page::space_js);
   if (stacks) text += fmt::format("\n{}", page::stack_js);
   return text;
 }
 
 std::string styles_of(const HtmlReport& report) {
-  const bool moves = has<ReportMotion>(report) || has<ReportStack>(report);
+  const bool moves = has<ReportMotion>(report) || has<ReportStack>(report) || has<ReportShapeSpace>(report);
   return fmt::format("\n{}{}{}", page::report_css, moves ? "\n" : "", moves ? motion_style() : "");
 }
 

@@ -105,6 +105,30 @@ struct ReportMotion {
   std::string caption = {};                      ///< may be empty
 };
 
+/// The shapes about a template by their scores s, as a polynomial that the page evaluates: landmarks are
+///
+///     Σ_t terms[t] Π_k s_k^powers[t][k],
+///
+/// and so are the points of the grid. A slider for each score; a map of the first two scores, on which a click shows
+/// the shape there, or that of a specimen with its picture.
+struct ReportShapeSpace {
+  struct Specimen {
+    std::string name;
+    std::string group;                       ///< may be empty
+    std::vector<double> scores;              ///< K
+    std::optional<EmbeddedPicture> picture;  ///< on the template, of the size of `shapes.image`; may be none
+  };
+
+  ReportMotion shapes;                   ///< the template at its first time, at the others what the figure has room for
+  std::vector<std::string> axes;         ///< names of the K ≥ 1 scores
+  double range = 3;                      ///< of each, from −range to range
+  std::vector<std::vector<int>> powers;  ///< T of K; the first are 0
+  std::vector<Points> terms;             ///< T, d×N
+  std::vector<Points> grid_terms;        ///< T, d×L; none where there is no grid
+  std::vector<Specimen> specimens;
+  std::string caption = {};  ///< may be empty
+};
+
 /// Two pictures of one size, which the reader lays over one another: mixed, wiped, in squares or as their difference.
 struct ReportStack {
   EmbeddedPicture below;
@@ -114,7 +138,8 @@ struct ReportStack {
   std::string caption = {};  ///< may be empty
 };
 
-using ReportBlock = std::variant<ReportParagraph, ReportPicture, ReportTable, ReportClaims, ReportMotion, ReportStack>;
+using ReportBlock = std::variant<ReportParagraph, ReportPicture, ReportTable, ReportClaims, ReportMotion, ReportStack,
+                                 ReportShapeSpace>;
 
 struct ReportSection {
   std::string heading;

@@ -6,6 +6,7 @@
 
 #include "core/text.hpp"
 #include "integrators/schemes.hpp"
+#include "integrators/step_watch.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {
@@ -30,8 +31,10 @@ void check_state(std::string_view what, const PhaseState& state, const Points& l
 
 double contraction_bound(const KernelOperator& kernel, const Trajectory& path) {
   double largest = 0;
-  for (int k = 0; k < path.grid.steps; ++k)
+  for (int k = 0; k < path.grid.steps; ++k) {
+    StepWatch::before_step();
     largest = std::max(largest, contraction_bound(kernel, path.step_momenta(k), path.grid.dt()));
+  }
   return largest;
 }
 
@@ -52,6 +55,7 @@ Trajectory Integrator::integrate(const StochasticSystem& system, const PhaseStat
   path.states.reserve(static_cast<std::size_t>(grid.steps) + 1);
   path.states.push_back(initial);
   for (int k = 0; k < grid.steps; ++k) {
+    StepWatch::before_step();
     StepOutcome outcome = do_step(system, path.states.back(), grid.dt(), w.col(k), search);
     if (!outcome.found) throw StepError(k, grid, "its implicit equation has no unique solution");
     if (!outcome.end.p.allFinite() || !outcome.end.q.allFinite())

@@ -22,16 +22,20 @@ using Eigen::VectorXd;
 
 constexpr double kProposed = 0.95;     // probability of the ellipse that is shown
 constexpr double kFalseAlarms = 0.05;  // of sound shapes, those with a landmark in doubt
-constexpr double kTailOfPairs = 4;     // degrees, as in audit/landmark_law.cpp
-constexpr double kClick = 0.002;       // standard deviation of a click, part of the diameter
-constexpr double kRounding = 1e-13;    // of s², in squared diameters
+constexpr double kTailOfPairs = 4;     // degrees of judgements, as in audit/landmark_law.cpp
+// Degrees by which landmarks of one shape differ in how well the others predict them. With 6, of 1,000 random pairs of
+// each of four published cohorts (wings, salamanders, fish) with 4 to 16 landmarks, 95.3 to 99.6 % of the ellipses hold
+// the landmark, of smooth synthetic pairs 98.5 to 99.9 %; with 8, as few as 94.5 %.
+constexpr double kTailOfLandmarks = 6;
+constexpr double kClick = 0.002;     // standard deviation of a click, part of the diameter
+constexpr double kRounding = 1e-13;  // of s², in squared diameters
 
 // P(|t_ν|² ≤ r²) = p in the plane, in units of the scale matrix: F of 2 and ν degrees has this closed form.
 double square_radius(double degrees, double probability) {
   return degrees * (std::pow(1 - probability, -2 / degrees) - 1);
 }
 
-/// Where a member of the law expects one landmark, given the others.
+/// Where the law expects one landmark, given the others.
 struct Expected {
   Vector2d deviation{0, 0};  // of where it is from there
   Matrix2d covariance = Matrix2d::Zero();
@@ -55,14 +59,24 @@ Expected expected_by(const audit::LandmarkLaw::Member& member, int landmark, con
   return expected;
 }
 
-// By the member that suits the other landmarks best, as the audit has it.
+// By all members, each weighted by the probability that it gives to the other landmarks: mean and covariance of the
+// mixture. The best member alone would be too sure, as a few landmarks do not tell the members apart.
 Expected expected_by(const audit::LandmarkLaw& law, int landmark, const VectorXd& y, double size) {
-  Expected best;
+  std::vector<Expected> by_member;
+  double most = -std::numeric_limits<double>::infinity();
   for (const audit::LandmarkLaw::Member& member : law.members()) {
-    const Expected here = expected_by(member, landmark, y, law.directions(), size);
-    if (here.log_density > best.log_density) best = here;
+    by_member.push_back(expected_by(member, landmark, y, law.directions(), size));
+    most = std::max(most, by_member.back().log_density);
   }
-  return best;
+  double sum = 0;
+  for (Expected& each : by_member) sum += each.log_density = std::exp(each.log_density - most);
+  Expected mixture{.log_density = most};
+  for (const Expected& each : by_member) mixture.deviation += each.log_density / sum * each.deviation;
+  for (const Expected& each : by_member) {
+    const Vector2d apart = each.deviation - mixture.deviation;
+    mixture.covariance += each.log_density / sum * (each.covariance + apart * apart.transpose());
+  }
+  return mixture;
 }
 
 /// Both shapes without what is not placed, the one aligned with the other.
@@ -86,11 +100,11 @@ class AlignedPair {
   /// The region of a probability where the k-th is expected, in coordinates of the shape.
   Ellipse region(const Expected& expected, Index k, double degrees, double probability) const {
     const Vector2d here = aligned_.col(k).allFinite() ? aligned_.col(k) : reference_.col(k);
-    const double t = std::min(degrees, kTailOfPairs);
     const double click = kClick * size_;
     const Matrix2d scale = expected.covariance + click * click * Matrix2d::Identity();
     const Matrix2d turn = back_.scale * back_.linear;
-    return {back_.apply(here - expected.deviation), square_radius(t, probability) * turn * scale * turn.transpose()};
+    return {back_.apply(here - expected.deviation),
+            square_radius(degrees, probability) * turn * scale * turn.transpose()};
   }
 
   const Points& reference() const { return reference_; }
@@ -114,7 +128,8 @@ void propose(const Points& reference, const Points& shape, std::vector<int> know
   const audit::LandmarkLaw law = audit::pair_law(pair.reference());
   const int last = static_cast<int>(known.size()) - 1;
   const Expected expected = expected_by(law, last, pair.displacements(), pair.size());
-  judgement.proposal = pair.region(expected, last, law.directions() - 2, kProposed);
+  const double degrees = 1 / (1 / (law.directions() - 2) + 1 / kTailOfLandmarks);
+  judgement.proposal = pair.region(expected, last, degrees, kProposed);
 }
 
 void doubt(const Points& reference, const Points& shape, const std::vector<int>& known, Judgement& judgement) {
@@ -122,10 +137,11 @@ void doubt(const Points& reference, const Points& shape, const std::vector<int>&
   if (!can_judge(pair.reference())) return;
   const audit::LandmarkLaw law = audit::pair_law(pair.reference());
   const VectorXd y = pair.displacements();
+  const double degrees = std::min(law.directions() - 2, kTailOfPairs);
   const double each = 1 - kFalseAlarms / static_cast<double>(known.size());
   for (std::size_t k = 0; k < known.size(); ++k) {
     const Expected expected = expected_by(law, static_cast<int>(k), y, pair.size());
-    const Ellipse region = pair.region(expected, static_cast<Index>(k), law.directions() - 2, each);
+    const Ellipse region = pair.region(expected, static_cast<Index>(k), degrees, each);
     if (!region.contains(shape.col(known[k]))) judgement.doubtful.push_back({known[k], region});
   }
 }

@@ -15,6 +15,8 @@ const PageFile* page_file(std::string_view name) {
                                         PageFile{"icon.svg", "image/svg+xml", icon_svg},
                                         PageFile{"main.js", kScript, main_js},
                                         PageFile{"api.js", kScript, api_js},
+                                        PageFile{"keys.js", kScript, keys_js},
+                                        PageFile{"tools.js", kScript, tools_js},
                                         PageFile{"geometry.js", kScript, geometry_js},
                                         PageFile{"state.js", kScript, state_js},
                                         PageFile{"actions.js", kScript, actions_js},

@@ -46,6 +46,15 @@ TEST_F(ChartTest, WritesBothFilesInEveryStyleAndGrid) {
   EXPECT_EQ(files(), (std::set<std::string>{"chart.png", "chart.svg"}));
 }
 
+TEST_F(ChartTest, NumbersCountedThingsByWholeNumbersAlone) {
+  ChartPanel panel{.series = {{.name = "", .x = {1, 2, 3}, .y = {5, 6, 7}, .style = SeriesStyle::kPoints}}};
+  EXPECT_TRUE(contains(draw(panel), ">1.2<") || contains(draw(panel), ">1.5<"));
+  panel.counts_x = true;
+  const std::string svg = draw(panel);
+  for (const char* text : {">1<", ">2<", ">3<"}) EXPECT_TRUE(contains(svg, text)) << text;
+  for (const char* text : {">1.5<", ">2.5<", ">1.0<"}) EXPECT_FALSE(contains(svg, text)) << text;
+}
+
 TEST_F(ChartTest, ShowsAllTexts) {
   const std::string svg = draw(Chart{.title = "the <title>",
                                      .subtitle = "the subtitle",

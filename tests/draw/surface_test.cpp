@@ -71,6 +71,18 @@ TEST(Shading, ShowsTheNearerOfTwoTriangles) {
   EXPECT_EQ(shaded({vertices, far_first}, kFront, window).rgba, expected.rgba);
 }
 
+// Of a unit sphere, from the front: what lies behind its front half, but by no more than 2 % of the diagonal.
+TEST(Shading, KnowsWhichPointsLieBehindTheSurface) {
+  const Sphere ball = sphere();
+  Points points(3, 6);
+  points << 0.2, 0.2, 0.2, 0.5, 1.3, 0.2,  //
+      0, 0, 0, 0.5, 0, 0,                  //
+      1.1, -1, 0, -0.6, 0, 0.95;           // before, behind, within, behind, beside, just below √(1 − 0.04)
+  const std::vector<int> behind =
+      points_behind({ball.vertices, ball.triangles}, kFront, {{-1.5, -1.5}, {1.5, 1.5}, 300}, points);
+  EXPECT_EQ(behind, (std::vector<int>{1, 2, 3}));
+}
+
 TEST(Shading, OfWhatLiesOutsideIsEmpty) {
   const Points vertices = (Points(3, 3) << 10, 11, 10, 10, 10, 11, 0, 0, 0).finished();
   const std::vector<std::array<int, 3>> triangles = {{0, 1, 2}};

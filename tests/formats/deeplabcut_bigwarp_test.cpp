@@ -121,6 +121,27 @@ TEST_F(BigWarp, KnowsLandmarksByNumberWhereNamesRepeat) {
   EXPECT_THAT(file.warnings, ElementsAre("t.txt: the name 'Pt-1' repeats; landmarks are known by their number"));
 }
 
+// A row as BigWarp itself writes it: all cells in quotes; what waits for its place is Infinity and not active.
+TEST_F(BigWarp, IsWrittenAsBigWarpWritesIt) {
+  LandmarkFile file;
+  file.shapes.resize(2);
+  file.shapes[0].points = points_2d({1, 2, 5.5, 6});
+  file.shapes[1].points = points_2d({3, 4, kNone, kNone});
+  file.shapes[1].labels = {"the \"tip\"", "b"};
+  const LandmarkFormat& format = landmark_format_to_write("leaf.bigwarp.csv");
+  EXPECT_EQ(format.name, "bigwarp");
+  const WrittenLandmarks written = format.write("t.csv", file);
+  EXPECT_EQ(
+      written.text,
+      "\"the "
+      "\"\"tip\"\"\",\"true\",\"1\",\"2\",\"3\",\"4\"\n\"b\",\"false\",\"5.5\",\"6\",\"Infinity\",\"Infinity\"\n");
+  EXPECT_THAT(written.losses, IsEmpty());
+  EXPECT_TRUE(have_same_bits(format.read("t.csv", written.text).shapes[0].points, file.shapes[0].points));
+  file.shapes.pop_back();
+  EXPECT_EQ(error_of([&] { format.write("t.csv", file); }),
+            "t.csv: bigwarp holds two shapes, moving and target; there is 1");
+}
+
 TEST_F(BigWarp, IsRefusedWhereLinesDoNotFit) {
   EXPECT_EQ(read_error("a,true,1,2,3,4\nb,yes,5,6,7,8\n"), "t.csv:2: 'yes' in the second column; valid: true, false");
   EXPECT_EQ(read_error("a,true,1,2,3,4\nb,true,5,6,7\n"),

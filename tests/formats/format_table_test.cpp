@@ -69,8 +69,11 @@ void expect_written_and_read(const LandmarkFormat& format, const LandmarkFile& f
       for (const int missing : incomplete_points(expected)) expected.col(missing).setConstant(std::nan(""));
     }
     EXPECT_TRUE(have_same_bits(back.shapes[s].points, expected));
-    const bool has_labels = !is_reported(written.losses, "cannot hold labels");
-    EXPECT_EQ(back.shapes[s].labels, has_labels ? file.shapes[s].labels : std::vector<std::string>());
+    std::vector<std::string> labels = file.shapes[s].labels;
+    if (is_reported(written.losses, "cannot hold labels")) labels.clear();
+    if (format.name == "bigwarp" && labels.empty())  // whose landmarks all have names
+      for (int a = 0; a < file.shapes[s].count(); ++a) labels.push_back("Pt-" + std::to_string(a));
+    EXPECT_EQ(back.shapes[s].labels, labels);
   }
 }
 
@@ -106,13 +109,16 @@ TEST_P(EveryFormat, HasANameOfItsOwn) {
   EXPECT_EQ(std::count_if(formats.begin(), formats.end(), [](const auto& f) { return f.name == GetParam().name; }), 1);
 }
 
+/// The fewest shapes that it holds.
+int fewest_shapes(const LandmarkFormat& format) { return format.name == "bigwarp" ? 2 : 1; }
+
 TEST_P(WrittenFormat, IsReadBack) {
-  for (const int d : {2, 3}) expect_written_and_read(GetParam(), shapes_of(d, 1));
+  for (const int d : {2, 3}) expect_written_and_read(GetParam(), shapes_of(d, fewest_shapes(GetParam())));
 }
 
 TEST_P(WrittenFormat, IsReadBackWithLabels) {
-  LandmarkFile file = shapes_of(3, 1);
-  file.shapes.front().labels = {"tip", "left, eye", "the \"fin\"", "#4", "5", "six seven", "x"};
+  LandmarkFile file = shapes_of(3, fewest_shapes(GetParam()));
+  for (Landmarks& shape : file.shapes) shape.labels = {"tip", "left, eye", "the \"fin\"", "#4", "5", "six seven", "x"};
   expect_written_and_read(GetParam(), file);
 }
 
@@ -120,14 +126,14 @@ TEST_P(WrittenFormat, IsReadBackWithSeveralShapes) {
   for (const int d : {2, 3}) {
     LandmarkFile file = shapes_of(d, 4);
     for (Landmarks& shape : file.shapes) shape.name = "s" + std::to_string(&shape - file.shapes.data());
-    expect_written_or_refused(GetParam(), file, "holds one shape; there are 4");
+    expect_written_or_refused(GetParam(), file, "; there are 4");
   }
 }
 
 TEST_P(WrittenFormat, IsReadBackWithMissingLandmarks) {
   for (const int d : {2, 3})
     for (const int missing : {0, 3}) {
-      LandmarkFile file = shapes_of(d, 1);
+      LandmarkFile file = shapes_of(d, fewest_shapes(GetParam()));
       file.shapes.front().points.col(missing).setConstant(std::nan(""));
       expect_written_or_refused(GetParam(), file, "cannot hold missing coordinates");
     }

@@ -50,6 +50,47 @@ TEST(HtmlMotion, HasASliderAButtonAndWordsForTheCanvas) {
     EXPECT_TRUE(contains(page, text)) << text;
 }
 
+ReportShapeSpace space_of_two_points() {
+  ReportShapeSpace space;
+  space.shapes = two_points();
+  space.axes = {"mode 1 <&>"};
+  space.range = 2;
+  space.powers = {{0}, {1}};
+  space.terms = {space.shapes.frames[0], 0.25 * Points::Ones(2, 2)};
+  space.specimens = {{"a</script>", "g", {0.5}, {}}, {"b", "", {-1}, {}}};
+  return space;
+}
+
+// The constant term is from the corner of the box, in units of a hundred thousandth; others are differences.
+TEST(HtmlMotion, HoldsShapesAsAPolynomialInTheirScores) {
+  const std::string page = html_report({.title = "t", .sections = {{"s", {space_of_two_points()}}}});
+  const std::string numbers = numbers_in(page);
+  for (const char* text :
+       {R"("powers":[[0],[1]])", R"("terms":[[0.0,0.0,100000.0,0.0],[25000.0,25000.0,25000.0,25000.0]])",
+        R"("gridTerms":[])", R"("range":2,)", R"("groupNames":["g"])", R"("frames":[[0,0,100000,0]])",
+        R"({"name":"a\u003c/script>","group":0,"scores":[0.5]})", R"("name":"b","group":1,"scores":[-1])"})
+    EXPECT_TRUE(contains(numbers, text)) << text << '\n' << numbers;
+  EXPECT_TRUE(contains(page, R"(min="-200" max="200" value="0" data-score="0")"));
+  EXPECT_TRUE(contains(page, "<option value=\"1\">b</option>"));
+  EXPECT_TRUE(contains(page, "class ShapeSpace extends Motion"));
+  EXPECT_FALSE(contains(page_of(two_points()), "ShapeSpace"));
+}
+
+TEST(HtmlMotion, RefusesShapesWhoseSizesDisagree) {
+  const auto error = [](const ReportShapeSpace& space) {
+    return error_of([&] { html_report({.title = "t", .sections = {{"s", {space}}}}); });
+  };
+  ReportShapeSpace space = space_of_two_points();
+  space.specimens[1].scores = {1, 2};
+  EXPECT_EQ(error(space), "report: a specimen of a space of shapes has other scores");
+  space = space_of_two_points();
+  space.terms[1] = Points::Ones(2, 3);
+  EXPECT_EQ(error(space), "report: a term of a space of shapes is not of its template");
+  space = space_of_two_points();
+  space.powers.pop_back();
+  EXPECT_EQ(error(space), "report: a space of shapes has other powers than terms");
+}
+
 TEST(HtmlMotion, PlayerIsOnlyInPagesThatPlay) {
   EXPECT_TRUE(contains(page_of(two_points()), "requestAnimationFrame"));
   const std::string page = html_report({.title = "t", .sections = {{"s", {ReportParagraph{"p"}}}}});

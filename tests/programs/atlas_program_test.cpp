@@ -71,6 +71,9 @@ TEST_F(AtlasProgram, WritesWhatScriptsReadAndPeopleLookAt) {
   EXPECT_NEAR(sum, 0, 1e-6 * size);  // the template moves until the mean is below this
   EXPECT_EQ(contents("out/momenta.npy").size() % 64, 8U * 19 * 2 * 8 % 64);
   EXPECT_THAT(contents("out/report.html"), AllOf(HasSubstr("leaf_8"), HasSubstr("Mode 1")));
+  // Two of the leaves have their pictures beside the file.
+  EXPECT_THAT(contents("out/report.html"),
+              HasSubstr("Mean of the pictures of 2 specimens, each carried to the template"));
 }
 
 TEST_F(AtlasProgram, IsTheSameForAnyNumberOfThreads) {
@@ -144,6 +147,53 @@ TEST_F(AtlasProgram, WhatIsWrongIsToldInOneLineAndNothingIsWritten) {
   const ProgramRun single = atlas("--no-picture", leaves() + "#1");
   EXPECT_EQ(single.exit_code, 2);
   EXPECT_THAT(single.err, HasSubstr("an atlas needs two or more"));
+}
+
+// At scores of 0 the page's polynomial is the template of the record, and its scores are those in standard deviations.
+TEST_F(AtlasProgram, ThePageHasTheShapesByTheirScores) {
+  ASSERT_EQ(atlas("--pictures svg").exit_code, 0);
+  const std::string page = contents("out/report.html");
+  const std::size_t figure = page.find("<figure class=\"motion space\"");
+  ASSERT_NE(figure, std::string::npos);
+  const std::string begin = "<script type=\"application/json\">";
+  const std::size_t from = page.find(begin, figure) + begin.size();
+  const nlohmann::json space = nlohmann::json::parse(page.substr(from, page.find("</script>", from) - from));
+  const nlohmann::json json = record();
+  EXPECT_EQ(space["specimens"].size(), 8U);
+  EXPECT_TRUE(space["specimens"][0].contains("picture"));
+  EXPECT_EQ(space["powers"].size(), 20U);  // of three scores, up to the third degree
+  const double unit = space["unit"];
+  for (std::size_t a = 0; a < 19; ++a)
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const double low = space["low"][axis], place = space["terms"][0][2 * a + axis];
+      EXPECT_NEAR(low + unit * place, json["template"][a][axis].get<double>(), 1e-3 * 1e5 * unit);
+    }
+  for (std::size_t i = 0; i < 8; ++i)
+    EXPECT_NEAR(
+        space["specimens"][i]["scores"][0].get<double>() * std::sqrt(json["modes"]["eigenvalues"][0].get<double>()),
+        json["modes"]["scores"][i][0].get<double>(), 1e-2 * std::abs(json["modes"]["scores"][i][0].get<double>()));
+  EXPECT_THAT(page, testing::ContainsRegex("landmarks are within 0?[.0-9]+ % of the diameter"));
+}
+
+TEST_F(AtlasProgram, ThePageShowsSpecimensThatLookWrongWithTheirCorrection) {
+  std::string text = contents(leaves());
+  std::size_t at = text.find("ID=leaf_3");
+  at = text.rfind("LM=", at);
+  const std::size_t first = text.find('\n', at) + 1, second = text.find('\n', first) + 1;
+  const std::size_t eighth = [&] {
+    std::size_t line = second;
+    for (int k = 0; k < 6; ++k) line = text.find('\n', line) + 1;
+    return line;
+  }();
+  const std::string one = text.substr(first, second - first),
+                    other = text.substr(eighth, text.find('\n', eighth) + 1 - eighth);
+  text.replace(eighth, other.size(), one);
+  text.replace(first, one.size(), other);
+  std::ofstream("wrong.tps") << text;
+  const ProgramRun done = atlas("--pictures svg", "wrong.tps");
+  EXPECT_THAT(done.err, HasSubstr("specimen 'leaf_3'"));
+  const std::string page = contents("out/report.html");
+  EXPECT_THAT(page, AllOf(HasSubstr("<h2>leaf_3</h2>"), HasSubstr("look exchanged")));
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ TEST_F(HelpOfProgram, PrintsTheTables) {
   }
   EXPECT_EQ(static_cast<std::size_t>(std::count(formats.begin(), formats.end(), '\n')),
             formats::landmark_formats().size());
-  EXPECT_THAT(formats, HasSubstr("\nbigwarp       read           -               landmarks of"));
+  EXPECT_THAT(formats, HasSubstr("\nbigwarp       read, written  .bigwarp.csv    landmarks of"));
   EXPECT_THAT(formats, HasSubstr("\ncsv           read, written  .csv .tsv       table"));
 }
 

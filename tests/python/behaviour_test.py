@@ -72,7 +72,9 @@ class Host(InFolder):
 
     def test_keyboard_interrupt(self):
         for work in (self.slow, lambda: pulson.sample(sample("leaves.tps") + "#1", sample("leaves.tps") + "#2",
-                                                      draws=100_000)):
+                                                      draws=100_000),
+                     lambda: pulson.simulate(q=np.arange(200.0), p=np.ones(200), kernel="gaussian:alpha=1",
+                                             time=1, steps=100_000)):  # one path
             timer = threading.Timer(0.4, _thread.interrupt_main)
             timer.start()
             begin = time.monotonic()
@@ -226,15 +228,33 @@ class Shown(InFolder):
         axes = match.plot()
         self.assertGreater(len(axes.lines), 1)
 
+    def test_a_registration_has_the_keys_of_its_record(self):
+        match = pulson.register(Q, Q + [0.1, 0])
+        self.assertEqual(match.steps, match.record["steps"])
+        self.assertEqual(match.lambda_, match.record["lambda"])
+        for name in dir(match):
+            getattr(match, name)
+        with self.assertRaisesRegex(AttributeError, "has no 'step'; it has .*, steps, "):
+            match.step
+
     def test_the_page(self):
         root = os.path.join(os.path.dirname(__file__), "..", "..")
         with open(os.path.join(root, "docs", "python.md"), encoding="utf-8") as file:
-            blocks = re.findall(r"^```python\n(.*?)^```", file.read(), re.DOTALL | re.MULTILINE)
+            text = file.read()
+        blocks = re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
         self.assertEqual(len(blocks), 2)
+        (session,) = re.findall(r"^```pycon\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
         before = os.getcwd()
         os.chdir(root)
         try:
-            for block in blocks:
+            scope = {}
+            exec(compile(blocks[0], "docs/python.md", "exec"), scope)
+            example = doctest.DocTestParser().get_doctest(session, scope, "docs/python.md", None, 0)
+            runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+            said = []
+            runner.run(example, out=said.append)
+            self.assertEqual(runner.failures, 0, "".join(said))
+            for block in blocks[1:]:
                 # Callbacks are slow: one step of the match says whether it runs.
                 exec(compile(block.replace("steps=4", "steps=1"), "docs/python.md", "exec"), {})
         finally:

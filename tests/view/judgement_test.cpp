@@ -40,8 +40,8 @@ TEST(JudgePlacement, SaysNothingOfFewerThanThree) {
   EXPECT_FALSE(judge_placement(pair.left, pair.right, 2).proposal);
 }
 
-// Of ellipses of 95 %, so many of 300 hold the landmark: between the 0.01 and 99.99 per cent points of the binomial
-// distribution for 0.95, or more, as the tails of pairs are wider than those of these shapes.
+// Of 300 ellipses of 95 %, no fewer hold the landmark: of 1,000 such pairs with 4 to 16 landmarks 98.5 % or more do, by
+// a computation of the law in numpy, and 95 % are 5 standard deviations below.
 TEST(JudgePlacement, ProposesAnEllipseThatHoldsTheLandmark) {
   for (const int count : {4, 8, 16}) {
     int held = 0;
@@ -54,7 +54,7 @@ TEST(JudgePlacement, ProposesAnEllipseThatHoldsTheLandmark) {
       ASSERT_TRUE(judgement.proposal);
       held += judgement.proposal->contains(truth) ? 1 : 0;
     }
-    EXPECT_GE(held, 269) << count;
+    EXPECT_GE(held, 285) << count;
   }
 }
 

@@ -1,7 +1,11 @@
 // The modules of the page that need no browser: node --test tests/view/page_test.mjs
 
 import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { readFileSync, readdirSync } from "node:fs";
+import { dirname, join } from "node:path";
 import { test } from "node:test";
+import { fileURLToPath } from "node:url";
 
 import * as actions from "../../src/view/page/actions.js";
 import { readMap } from "../../src/view/page/api.js";
@@ -228,4 +232,39 @@ test("a map is read as it is written", () => {
   assert.deepEqual([...map.jacobians], [20, 21, 22, 23]);
   assert.equal(between(map, map.frames, 0.25)[0], 2);
   assert.deepEqual([...cellsOf(map)], [0, 1, 2, 1, 3, 2]);
+});
+
+// ---- the text of the scripts, those of reports too
+
+const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
+const scriptsOf = folder => readdirSync(join(root, folder)).filter(name => name.endsWith(".js")).map(name => join(root, folder, name));
+const withoutTexts = text => text.replace(/\/\/.*$|\/\*[\s\S]*?\*\//gm, "").replace(/"(?:[^"\\\n]|\\.)*"/g, '""');
+
+test("every script parses", () => {
+  for (const file of [...scriptsOf("src/view/page"), ...scriptsOf("src/html/page")])
+    execFileSync(process.execPath, ["--check", file], { stdio: "pipe" });
+});
+
+test("no module imports what it does not use, nor what is not there", async () => {
+  for (const file of scriptsOf("src/view/page")) {
+    const text = withoutTexts(readFileSync(file, "utf8").replace(/^import [^;]*;/gm, ""));
+    for (const [, named, all, from] of readFileSync(file, "utf8").matchAll(/^import (?:\{([^}]*)\}|\* as (\w+)) from "\.\/(.*)";/gm)) {
+      const exported = readFileSync(join(root, "src/view/page", from), "utf8");
+      for (const name of all ? [all] : named.split(",").map(one => one.trim())) {
+        assert.match(text, new RegExp(`\\b${name}\\b`), `${file} does not use ${name}`);
+        if (!all) assert.match(exported, new RegExp(`export (?:async )?(?:const|class|function) ${name}\\b`), `${from} has no ${name}`);
+      }
+    }
+  }
+});
+
+test("no constant is declared in vain, and nothing is made of text as HTML or as a program", () => {
+  for (const file of [...scriptsOf("src/view/page"), ...scriptsOf("src/html/page")]) {
+    const text = withoutTexts(readFileSync(file, "utf8"));
+    for (const [, name] of text.matchAll(/^(?:const|let|class) (\w+)/gm))
+      assert.ok(text.match(new RegExp(`\\b${name}\\b`, "g")).length > 1 || scriptsOf("src/html/page").some(other =>
+        other !== file && new RegExp(`\\b${name}\\b`).test(readFileSync(other, "utf8"))), `${file} declares ${name} in vain`);
+    assert.doesNotMatch(text, /\binnerHTML\b|\beval\(|new Function\b|document\.write/, file);
+  }
+  assert.doesNotMatch(readFileSync(join(root, "src/view/page/index.html"), "utf8"), /\son\w+=|<script>(?!<)/);
 });

@@ -3,6 +3,8 @@
 #include <array>
 #include <chrono>
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -248,6 +250,17 @@ TEST_F(ViewProgram, RefusesWhatItCannotOpen) {
     EXPECT_EQ(count_lines(done.err), 1U) << done.err;
     EXPECT_EQ(done.out, "");
   }
+}
+
+TEST_F(ViewProgram, OpensThePageOfResults) {
+  std::filesystem::create_directories("out");
+  const ProgramRun none = run({"view", "--no-browser", "out"});
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_THAT(none.err, HasSubstr("'out' has no report.html"));
+  std::ofstream("out/report.html") << "<!DOCTYPE html>";
+  const ProgramRun done = run({"view", "--no-browser", "out"});
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(done.out, std::filesystem::absolute("out/report.html").lexically_normal().string() + "\n");
 }
 
 }  // namespace

@@ -6,6 +6,7 @@ import difflib
 import inspect
 import keyword
 import os
+import re
 import sys
 import tempfile
 import warnings
@@ -213,7 +214,10 @@ class Call:
     def result(self, kind, record, out, progress, **more):
         folder, said = self.run(out, progress)
         facts, tables, arrays = _tables.collect(folder, record)
-        return kind(record=facts, summary=said["printed"], notes=said["notes"], exit_code=said["exit_code"],
+        summary = said["printed"]
+        if out is None:  # the folder is gone
+            summary = re.sub(r"^wrote .*\n?", "", summary, flags=re.MULTILINE).rstrip()
+        return kind(record=facts, summary=summary, notes=said["notes"], exit_code=said["exit_code"],
                     tables=tables, arrays={**arrays, **more}, folder=None if out is None else folder)
 
 

@@ -2,6 +2,8 @@
 
 import html
 import json
+import keyword
+import re
 
 import numpy as np
 
@@ -123,7 +125,8 @@ def _fact(value):
         return "yes" if value else "no"
     if isinstance(value, float):
         return f"{value:.5g}"
-    return str(value)
+    # Specifications have all digits, which nobody reads here.
+    return re.sub(r"\d+\.\d{4,}(?:e[-+]?\d+)?", lambda number: f"{float(number[0]):.4g}", str(value))
 
 
 class Result:
@@ -149,7 +152,7 @@ class Result:
             raise AttributeError(name)
         if name in self._arrays:
             return self._arrays[name]
-        record = self.__dict__.get("record", {})
+        record = {} if name == "record" else self.record
         for key in (name, name.rstrip("_")):
             if key in record:
                 return _array(record[key])
@@ -157,7 +160,8 @@ class Result:
 
     def __dir__(self):
         own = [name for name in super().__dir__() if not name.startswith("_")]
-        return sorted({*own, *self._arrays, *(key for key in self.record if key.isidentifier())})
+        keys = (key + "_" if keyword.iskeyword(key) else key for key in self.record if key.isidentifier())
+        return sorted({*own, *self._arrays, *keys})
 
     def _scalars(self):
         found = []
@@ -228,9 +232,6 @@ class Registration(Result):
         """Writes the record, for `load` and for `pulson warp`."""
         with open(path, "w", encoding="utf-8") as file:
             file.write(self._match.record_text)
-
-    def __dir__(self):
-        return sorted({*super().__dir__(), *self.record})
 
     def __reduce__(self):
         return (_registration_of, (self._match.record_text, self.notes))

@@ -82,9 +82,10 @@ struct PairCrossing {
   std::vector<double>
       grids;  ///< the probability on each grid, each of half the spacing and time step of the one before
 
-  std::vector<double> times;  ///< 0 … T, equally spaced
-  std::vector<double> curve;  ///< the probability at each time
-  double curve_error = 0;     ///< the largest change of the curve between the two finest grids
+  std::vector<double> times;       ///< 0 … T, equally spaced
+  std::vector<double> curve;       ///< the probability at each time
+  std::vector<double> fine_curve;  ///< the same after each of the finest grid's `steps`, from 0; empty for β = 0
+  double curve_error = 0;          ///< the largest change of the curve between the two finest grids
 
   int gap_points = 0;  ///< the finest grid's number of nodes in r
   int momentum_lines = 0;

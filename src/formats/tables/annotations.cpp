@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <numeric>
@@ -12,6 +13,7 @@
 #include "core/text.hpp"
 #include "formats/csv/csv_columns.hpp"
 #include "formats/formats.hpp"
+#include "formats/landmark_writers.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::formats {
@@ -49,7 +51,10 @@ class BigWarpReader {
     for (const CsvRecord& record : records_) {
       if (!is_truth(record.fields[1]))
         text::fail(path_, record.line, text::in_quotes(record.fields[1]) + " in the second column; valid: true, false");
-      const bool is_active = text::to_lower(record.fields[1]) == "true";
+      // BigWarp makes a landmark active once both pictures have it: one that waits for its second place keeps the
+      // first.
+      const bool waits = std::any_of(record.fields.begin() + kFirstCoordinate, record.fields.end(), is_unset);
+      const bool is_active = waits || text::to_lower(record.fields[1]) == "true";
       if (!is_active) ++inactive_;
       read_point(record, "moving", kFirstCoordinate, is_active, moving_);
       read_point(record, "target", kFirstCoordinate + dimension_, is_active, target_);
@@ -120,6 +125,38 @@ LandmarkFile read_bigwarp(const std::string& path, std::string_view text) {
   if (records.empty() || !is_bigwarp(records.front()))
     throw InputError(path + " does not begin with a landmark of BigWarp: name, true or false, moving x,y[,z], target");
   return BigWarpReader(path, records).read();
+}
+
+/// The two shapes side by side, each cell in quotes, as BigWarp writes them.
+WrittenLandmarks write_bigwarp(const std::string& path, const LandmarkFile& file) {
+  const Target target{path, "bigwarp"};
+  require_shapes(target, file);
+  if (file.shapes.size() != 2)
+    throw InputError(fmt::format("{}: bigwarp holds two shapes, moving and target; there {}", path,
+                                 file.shapes.size() == 1 ? "is 1" : fmt::format("are {}", file.shapes.size())));
+  const Landmarks &moving = file.shapes[0], &fixed = file.shapes[1];
+  for (const Landmarks* shape : {&moving, &fixed}) {
+    require_landmarks(target, *shape);
+    require_plane_or_space(target, *shape);
+  }
+  if (moving.count() != fixed.count() || moving.dimension() != fixed.dimension())
+    throw InputError(fmt::format("{}: bigwarp pairs landmarks; the shapes have {} in {}D and {} in {}D", path,
+                                 moving.count(), moving.dimension(), fixed.count(), fixed.dimension()));
+  WrittenLandmarks written{{}, losses_of(target, file, {.labels = true, .directions = true})};
+  const std::vector<std::string>& labels = moving.labels.empty() ? fixed.labels : moving.labels;
+  if (!moving.labels.empty() && !fixed.labels.empty() && moving.labels != fixed.labels)
+    add_once(written.losses, cannot_hold(target, "labels of the second shape that differ from those of the first"));
+  for (int a = 0; a < moving.count(); ++a) {
+    const bool is_whole = moving.points.col(a).allFinite() && fixed.points.col(a).allFinite();
+    std::string name = labels.empty() ? fmt::format("Pt-{}", a) : labels[static_cast<std::size_t>(a)];
+    for (std::size_t at = name.find('"'); at != std::string::npos; at = name.find('"', at + 2)) name.insert(at, 1, '"');
+    written.text += fmt::format(R"("{}","{}")", name, is_whole);
+    for (const Landmarks* shape : {&moving, &fixed})
+      for (const double value : shape->points.col(a))
+        written.text += std::isnan(value) ? R"(,"Infinity")" : fmt::format(R"(,"{}")", value);
+    written.text += '\n';
+  }
+  return written;
 }
 
 /// The lines above the table: scorer, individuals (where there are several), bodyparts, coords.
@@ -281,10 +318,11 @@ LandmarkFormat deeplabcut_format() {
 
 LandmarkFormat bigwarp_format() {
   return {.name = "bigwarp",
-          .extensions = {},
+          .extensions = {"bigwarp.csv"},
           .help = "landmarks of Fiji's BigWarp: the shapes moving and target",
           .sniff = sniff_bigwarp,
           .read = read_bigwarp,
+          .write = write_bigwarp,
           .y_down = true};
 }
 

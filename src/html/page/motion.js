@@ -213,24 +213,44 @@ class Motion extends MotionView {
     pen.drawImage(this.image, 0, 0);
     pen.restore();
   }
+  // Pixels of place i, and towards the viewer.
+  seen(places, i) {
+    const { size } = this.data, [x, y, z] = [0, 1, 2].map(c => places[3 * i + c] - size[c] / 2);
+    const into = y * Math.cos(this.yaw) - x * Math.sin(this.yaw);
+    return [...this.pixel(places, i), this.view.scale * (z * Math.sin(this.pitch) - into * Math.cos(this.pitch))];
+  }
+  // The marked landmarks that a triangle lies before, by more than those may be below the surface.
+  hideBehind(faces, now) {
+    const { marked } = this.data, least = 0.02 * Math.hypot(this.view.wide, this.view.high);
+    if (faces.length * marked.length > 4e6) return; // a frame must not take long
+    const open = new Map(marked.map(a => [a, this.seen(now, a)]));
+    for (const [, [a, b, c]] of faces)
+      for (const [k, [x, y, near]] of open) {
+        if (x < Math.min(a[0], b[0], c[0]) || x > Math.max(a[0], b[0], c[0])) continue;
+        const area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+        const v = ((x - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (y - a[1])) / area;
+        const w = ((b[0] - a[0]) * (y - a[1]) - (x - a[0]) * (b[1] - a[1])) / area;
+        if (v >= 0 && w >= 0 && v + w <= 1 && a[2] + v * (b[2] - a[2]) + w * (c[2] - a[2]) > near + least) {
+          this.behind.add(k);
+          open.delete(k);
+        }
+      }
+  }
   // The triangles of the surface, the farthest first.
-  drawSurface() {
-    const { triangles, surface, surfaceTimes: times, size } = this.data, { pen, yaw, pitch } = this;
+  drawSurface(now) {
+    const { triangles, surface, surfaceTimes: times } = this.data, { pen } = this;
     let k = 0;
     while (k + 2 < times.length && times[k + 1] <= this.now.time) ++k;
     const part = (this.now.time - times[k]) / (times[k + 1] - times[k]);
     const places = surface[k].map((place, i) => place + part * (surface[k + 1][i] - place));
-    const seen = Array.from({ length: places.length / 3 }, (_, i) => {
-      const [x, y, z] = [0, 1, 2].map(c => places[3 * i + c] - size[c] / 2);
-      const into = y * Math.cos(yaw) - x * Math.sin(yaw), [across, down] = this.pixel(places, i);
-      return [across, down, this.view.scale * (z * Math.sin(pitch) - into * Math.cos(pitch))];
-    });
+    const seen = Array.from({ length: places.length / 3 }, (_, i) => this.seen(places, i));
     const faces = [];
     for (let i = 0; i < triangles.length; i += 3) {
       const corners = [0, 1, 2].map(c => seen[triangles[i + c]]);
       faces.push([corners[0][2] + corners[1][2] + corners[2][2], corners]);
     }
     faces.sort((a, b) => a[0] - b[0]);
+    this.hideBehind(faces, now);
     const [darkest, lightest] = matchMedia("(prefers-color-scheme: dark)").matches ? [52, 150] : [150, 246];
     pen.lineWidth = 0.7;
     for (const [, [a, b, c]] of faces) {
@@ -257,7 +277,8 @@ class Motion extends MotionView {
     const radius = marked.length > 800 ? 1.6 : marked.length > 150 ? 2.6 : 4;
     const has = a => target[d * a] !== null && target[d * a + d - 1] !== null;
     if (this.data.image && this.shows("image")) this.drawImage();
-    if (this.data.triangles.length && this.shows("surface")) this.drawSurface();
+    this.behind = new Set();
+    if (this.data.triangles.length && this.shows("surface")) this.drawSurface(now);
     if (grid.length && this.shows("grid")) {
       const places = this.placesOf(grid), colour = this.colour("grid");
       let first = 0;
@@ -268,6 +289,7 @@ class Motion extends MotionView {
       }
       this.pen.restore();
     }
+    this.halo = this.data.image && this.shows("image") ? this.colour("surface") : null;
     const outline = (places, list, colour, width, opacity) => {
       for (const members of list)
         this.path(members.map(a => this.pixel(places, a)), colour(members[0]), width, opacity);
@@ -291,9 +313,10 @@ class Motion extends MotionView {
     }
     if (this.shows("landmarks")) {
       outline(now, outlines, colourOf, 1.8, 1);
-      for (const a of marked) this.dot(this.pixel(now, a), radius, colourOf(a));
+      for (const a of marked) this.dot(this.pixel(now, a), radius, colourOf(a), this.behind.has(a) ? 0.25 : 1);
     }
     for (const a of this.shows("outliers") ? outliers : []) this.triangle(this.pixel(now, a));
+    this.halo = null;
   }
   // Other paths up to now, faintly, and where they are.
   drawOthers(colourOf) {
@@ -313,7 +336,7 @@ class Motion extends MotionView {
     pen.textAlign = "left";
     pen.lineWidth = 3;
     for (const a of this.data.d === 1 ? this.data.numbers.keys() : this.data.marked) {
-      const [x, y] = this.placeNow(a, now), text = String(this.data.numbers[a]);
+      const [x, y] = this.placeNow(a, now), text = String(this.data.names[a] || this.data.numbers[a]);
       pen.strokeStyle = this.colour("surface");
       pen.strokeText(text, x + 6, y - 5);
       pen.fillStyle = this.colour("ink");
@@ -350,4 +373,4 @@ class Motion extends MotionView {
     for (const a of this.shows("outliers") ? outliers : []) this.triangle(at(this.now.time, now[a]));
   }
 }
-for (const figure of document.querySelectorAll("figure.motion")) new Motion(figure);
+for (const figure of document.querySelectorAll("figure.motion:not(.space)")) new Motion(figure);

@@ -59,21 +59,34 @@ class MotionView {
     this.pen.lineJoin = "round";
     this.pen.font = font;
   }
+  // On a photograph (`halo`) within an edge of the page's colour, from which all colours of marks stand out.
   path(points, colour, width, opacity = 1) {
     const { pen } = this;
+    pen.beginPath();
+    points.forEach(([x, y], i) => i ? pen.lineTo(x, y) : pen.moveTo(x, y));
+    if (this.halo) {
+      pen.globalAlpha = 0.8 * Math.min(1, 1.5 * opacity);
+      pen.strokeStyle = this.halo;
+      pen.lineWidth = width + 2.4;
+      pen.stroke();
+    }
     pen.globalAlpha = opacity;
     pen.strokeStyle = colour;
     pen.lineWidth = width;
-    pen.beginPath();
-    points.forEach(([x, y], i) => i ? pen.lineTo(x, y) : pen.moveTo(x, y));
     pen.stroke();
     pen.globalAlpha = 1;
   }
   dot([x, y], radius, colour, opacity = 1, ring = false) {
     const { pen } = this;
-    pen.globalAlpha = opacity;
     pen.beginPath();
     pen.arc(x, y, radius, 0, 7);
+    if (this.halo) {
+      pen.globalAlpha = 0.9;
+      pen.strokeStyle = this.halo;
+      pen.lineWidth = ring ? 4 : 2.6;
+      pen.stroke();
+    }
+    pen.globalAlpha = opacity;
     pen.lineWidth = 1.6;
     pen[ring ? "strokeStyle" : "fillStyle"] = colour;
     ring ? pen.stroke() : pen.fill();

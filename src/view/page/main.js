@@ -4,11 +4,13 @@ import * as actions from "./actions.js";
 import * as api from "./api.js";
 import * as panels from "./panels.js";
 import { areLargerStacked } from "./geometry.js";
+import { runKey } from "./keys.js";
 import { Photo } from "./photo.js";
 import { Result, element } from "./result.js";
 import { Saver } from "./saving.js";
 import { History } from "./state.js";
 import { colourOf } from "./marks.js";
+import { alertsOf, hintOf, landmarkTools, sessionTools } from "./tools.js";
 
 const byId = id => document.getElementById(id);
 const kManyLandmarks = 60; // that are judged only when a drag ends
@@ -47,7 +49,7 @@ class Page {
       if (reason !== "reset") this.saver.save(this.now);
       this.refresh();
     });
-    addEventListener("keydown", event => this.key(event));
+    addEventListener("keydown", event => runKey(this, event));
     addEventListener("dragover", event => event.preventDefault());
     addEventListener("drop", event => {
       event.preventDefault();
@@ -266,23 +268,8 @@ class Page {
     this.showAlerts();
   }
 
-  alerts() {
-    const list = [], { what, error } = this.saving;
-    if (what === "conflict") list.push({ bad: true, text: "Another window changed this session. Which is to stay?", buttons: [
-      { text: "its changes", run: () => this.settle(error, false) }, { text: "those of this window", run: () => this.settle(error, true) }] });
-    if (what === "failed") list.push({ bad: true, text: `Not saved: ${error.message}. It is tried again; keep this window open.` });
-    if (this.trouble) list.push({ bad: true, text: this.trouble, buttons: [
-      { text: "close", run: () => { this.trouble = null; this.refresh(); } }] });
-    if (this.judged.exchanged.length) {
-      const [a, b] = this.judged.exchanged[0];
-      list.push({ text: `${this.label(a)} and ${this.label(b)} look exchanged.`, buttons: [
-        { text: "Swap them", key: "x", run: () => this.swap() }] });
-    } else if (this.judged.findings.length) list.push({ text: this.judged.findings[0] });
-    return list;
-  }
-
   showAlerts() {
-    const list = this.alerts(), key = JSON.stringify(list);
+    const list = alertsOf(this), key = JSON.stringify(list);
     if (key === this.alertsKey) return;
     this.alertsKey = key;
     panels.showAlerts(byId("alerts"), list);
@@ -295,53 +282,9 @@ class Page {
     this.refresh();
   }
 
-  tools() {
-    const k = this.current, name = this.label(k), open = this.side >= 0;
-    return [
-      { text: this.mode === "curve" ? "Finish curve" : "Confirm", key: "Enter", main: true, title: "Take the proposed place, or finish the curve",
-        disabled: this.mode === "curve" ? !this.drafts.some(draft => draft.length > 1) : !this.proposal, run: () => this.confirm() },
-      { text: "Missing", key: "m", title: `Landmark ${name} cannot be seen on this picture`, disabled: !open, run: () => this.mark("missing") },
-      { text: "Absent", key: "a", title: `This specimen does not have landmark ${name}`, disabled: !open, run: () => this.mark("absent") },
-      { text: "Clear", key: "Delete", title: `Take landmark ${name} off this picture`, disabled: k >= this.now.landmarks.length, run: () => this.clear() },
-      null,
-      { text: "Previous", key: ",", title: "Previous landmark", disabled: !this.now.landmarks.length, run: () => this.stepLandmark(-1) },
-      { text: "Next", key: ".", title: "Next landmark", disabled: !this.now.landmarks.length, run: () => this.stepLandmark(1) },
-      { text: "Doubtful", key: "d", title: "Go to the next doubtful landmark", disabled: !this.judged.doubtful.size, run: () => this.nextDoubtful() },
-      null,
-      { text: "Curve", key: "c", title: "Click along a curve; Enter spreads semilandmarks on it", pressed: this.mode === "curve", run: () => this.setMode("curve") },
-      { text: "Wireframe", key: "w", title: "Click two landmarks to join them, or part them", pressed: this.mode === "link", run: () => this.setMode("link") },
-      { text: "Digitise again", key: "r", title: "Hide what was placed and measure your error by doing it again", pressed: this.pass === "second", run: () => this.togglePass() },
-    ];
-  }
-
-  sessionTools() {
-    const { undoes, redoes } = this.history;
-    return [
-      { text: "Undo", key: "Control+z", title: undoes ? `Undo: ${undoes}` : "Nothing to undo", disabled: !undoes, run: () => this.undo(-1) },
-      { text: "Redo", key: "Control+Shift+z", title: redoes ? `Redo: ${redoes}` : "Nothing to redo", disabled: !redoes, run: () => this.undo(1) },
-      { text: "Add pictures", key: "o", title: "Choose picture files; they can be dropped onto the page, too", run: () => this.chooser.click() },
-      { text: "Export", key: "e", title: "Write the landmarks into a file", run: () => this.export() },
-      { text: "Keys", key: "?", title: "All keys", run: () => panels.openHelp(byId("help-dialog"), [...this.tools(), ...this.sessionTools()]) },
-    ];
-  }
-
-  hint() {
-    if (!this.specimen(0)) return "Drop two pictures onto this page to begin.";
-    if (this.mode === "curve")
-      return `Click along the curve on a picture; Enter spreads ${this.curveCount()} semilandmarks on it, the ends among them.`;
-    if (this.mode === "link") return this.from >= 0 ? `${this.label(this.from)} to … click another landmark.` : "Click two landmarks to join them.";
-    const name = this.label(this.current), again = this.pass === "second" ? "Second pass. " : "";
-    if (!this.specimen(1)) return `${again}Click where landmark ${name} is. A second picture can be dropped onto the page.`;
-    if (this.proposal) return `${again}Landmark ${name}: press Enter if the cross is right, or click where it is.`;
-    const { side } = this;
-    if (side < 0) return `${again}Landmark ${name} is chosen. Drag it, or click a free place for the next one.`;
-    return `${again}Click where landmark ${name} is on ${this.specimen(side).name}.`;
-  }
-
-  curveCount() {
-    const open = actions.curvesOf(this.now).find(({ landmarks }) => landmarks.every(k => [0, 1].some(side => this.points(side)[k] === null)));
-    return open ? open.landmarks.length : this.count;
-  }
+  // All buttons that have a key.
+  tools() { return [...landmarkTools(this), ...sessionTools(this, () => this.openHelp())].filter(tool => tool?.key); }
+  openHelp() { panels.openHelp(byId("help-dialog"), this.tools()); }
 
   refresh() {
     this.refreshing ??= requestAnimationFrame(() => {
@@ -356,10 +299,10 @@ class Page {
   showAll() {
     document.title = `${this.specimen(1)?.name ?? this.specimen(0)?.name ?? "pulson"} – pulson view`;
     this.showPictures();
-    panels.fillTools(byId("tools"), this.tools(), this.mode === "curve" ? [this.countField] : []);
-    panels.fillTools(byId("session-tools"), this.sessionTools());
+    panels.fillTools(byId("tools"), landmarkTools(this), this.mode === "curve" ? [this.countField] : []);
+    panels.fillTools(byId("session-tools"), sessionTools(this, () => this.openHelp()));
     panels.showSpecimens(byId("specimens"), this.now, this.pass, { step: by => this.stepSpecimen(by) });
-    byId("hint").textContent = this.hint();
+    byId("hint").textContent = hintOf(this);
     this.list.show(this.now, { chosen: this.current, pass: this.pass, doubtful: this.judged.doubtful, noiseShare: this.noiseShare });
     this.strip.show(this.now, this.current, this.pass);
     this.showAlerts();
@@ -377,6 +320,7 @@ class Page {
     this.photos.forEach((photo, side) => {
       photo.setScene({ points: this.points(side), labels, colours, links: this.now.links, chosen: this.current,
         doubtful: side === 1 ? this.judged.doubtful : new Map(), draft: this.drafts[side],
+        awaits: this.side === side && this.mode !== "link",
         proposal: proposal && this.side === side ? { ...proposal, label: this.label(this.current) } : null });
       photo.root.classList.toggle("next", this.side === side && this.mode === "place");
     });
@@ -443,33 +387,6 @@ class Page {
   hearResult(map) {
     this.noiseShare = new Map(map?.landmarks.map((k, i) => [k, map.noise_share[i] ?? 0]) ?? []);
     if (map) this.refresh();
-  }
-
-  // ---- keys
-
-  key(event) {
-    if (document.querySelector("dialog[open]")) return;
-    const isText = event.target.matches?.("input[type=text], input[type=number], select");
-    const key = `${event.ctrlKey || event.metaKey ? "Control+" : ""}${event.shiftKey && event.key.length > 1 ? "Shift+" : ""}`;
-    const name = (event.ctrlKey || event.metaKey) && event.key.length === 1
-      ? `Control+${event.shiftKey ? "Shift+" : ""}${event.key.toLowerCase()}` : key + event.key;
-    if (isText) {
-      if (event.key === "Enter" || event.key === "Escape") event.target.blur();
-      return;
-    }
-    const photo = this.photos.find(({ stage }) => stage === document.activeElement);
-    if (photo?.key(event)) return event.preventDefault();
-    if (event.target.matches?.("button, input") && ["Enter", " "].includes(event.key)) return;
-    const near = photo ?? this.photos[this.handSide];
-    const run = {
-      "Control+y": () => this.undo(1), "+": () => near.zoom(1.5), "-": () => near.zoom(1 / 1.5), 0: () => near.fit(),
-      "[": () => this.stepSpecimen(-1), "]": () => this.stepSpecimen(1), x: () => this.swap(), Backspace: () => this.clear(),
-      Escape: () => { if (this.mode !== "place") this.setMode(this.mode); },
-      ...Object.fromEntries([...this.tools(), ...this.sessionTools()].filter(tool => tool?.key && !tool.disabled).map(tool => [tool.key, tool.run])),
-    }[name];
-    if (!run) return;
-    event.preventDefault();
-    run();
   }
 }
 

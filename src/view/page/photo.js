@@ -6,6 +6,7 @@ import { drawMarks } from "./marks.js";
 
 const kSlip = 4;         // screen pixels that a click may move
 const kGrasp = { mouse: 8, pen: 10, touch: 16 }; // from a landmark that are on it
+const kExact = 3;        // from the landmark that a click chooses, where the picture waits for another one
 const kMostZoom = 40;    // screen pixels for one of the picture
 const kLoupeZoom = 4;
 
@@ -29,7 +30,7 @@ export class Photo {
   // `on`: {place(where), move(k, where), dropped(k), choose(k), drop(files), look(where)}
   constructor(side, on) {
     Object.assign(this, { side, on, bitmap: null, size: [1, 1], view: null, fingers: new Map(), gesture: null });
-    this.scene = { points: [], labels: [], colours: [], links: [], chosen: -1, doubtful: new Map(), proposal: null, draft: [] };
+    this.scene = { points: [], labels: [], colours: [], links: [], chosen: -1, doubtful: new Map(), proposal: null, draft: [], awaits: false };
     this.cross = null;
     this.canvas = element("canvas");
     this.loupe = element("canvas", `loupe${side === 1 ? " left" : ""}`);
@@ -267,7 +268,9 @@ export class Photo {
     if (gesture.kind === "drag") this.on.dropped(gesture.grasped);
     if (gesture.kind !== "click" || isCancelled || gesture.pans) return;
     const where = this.pictureAt(event);
-    if (gesture.grasped >= 0) this.on.choose(gesture.grasped);
+    // Landmarks may lie close to one another: a click beside one places the landmark that is waited for.
+    const isOn = gesture.grasped >= 0 && (!this.scene.awaits || Math.hypot(...gesture.offset) <= kExact);
+    if (isOn) this.on.choose(gesture.grasped);
     else if (geometry.isInside(...this.size, where)) this.on.place(where);
   }
 

@@ -56,6 +56,16 @@ try {
       taken += 1;
     } else await click(page, 1, second[k]);
   }
+  step("a click a few pixels beside a landmark places the one that is waited for");
+  const close = await onScreen(page, 0, first[9]);
+  await page.mouse.click(close[0] + 5, close[1] + 1);
+  await settled(page);
+  assert.equal((await stateOf(page)).landmarks.length, 11);
+  await page.keyboard.down("Control");
+  await press(page, "z");
+  await page.keyboard.up("Control");
+  assert.equal((await stateOf(page)).landmarks.length, 10);
+
   let state = await stateOf(page);
   assert.equal(state.landmarks.length, 10);
   for (let k = 0; k < 10; ++k) {

@@ -167,8 +167,7 @@ TEST(FinerSteps, ChangeTheEvidenceAsThePriorsDrawsSay) {
   const std::vector<Specimen> specimens = specimens_of(problem);
   Reference reference = make_reference(specimens, space, 1, 1);
   defend(reference, specimens, space, 1);
-  const Estimate found =
-      evidence_of_finer_steps({specimens, space, reference, {}, 3}, specimens_of(finer), 64000);
+  const Estimate found = evidence_of_finer_steps({specimens, space, reference, {}, 3}, specimens_of(finer), 64000);
   const Estimate fine = weigh_prior(finer, 400000).log_evidence, coarse = exact(0).log_evidence;
   EXPECT_NEAR(found.value, fine.value - coarse.value,
               4 * std::hypot(found.standard_error, std::hypot(fine.standard_error, coarse.standard_error)));

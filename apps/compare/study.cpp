@@ -106,8 +106,9 @@ struct StudyTask {
   StudyTask(const CompareArguments& arguments, const compare::CohortShapes& shapes, std::vector<std::string> read_notes)
       : cohort(shapes.cohort()),
         options(arguments.compare_options(shapes, read_notes)),
-        study{options.settings, arguments.count,       arguments.cohort_size.value_or(usual_size(shapes)),
-              cohort.alignment, options.settings.seed, {}, cohort.about_own_mean},
+        study{options.settings,     arguments.count,       arguments.cohort_size.value_or(usual_size(shapes)),
+              cohort.alignment,     options.settings.seed, {},
+              cohort.about_own_mean},
         notes(std::move(read_notes)) {
     for (const NoiseChoice& noise : arguments.candidates()) {
       compare::is_complete(noise, cohort.source);  // refuses what cannot be made for these shapes

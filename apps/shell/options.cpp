@@ -46,22 +46,31 @@ TimeOptions TimeOptions::of(const matching::TaskDefaults& defaults) {
 
 void TimeOptions::add_to(CLI::App& verb, const std::string& default_time) {
   verb.add_option("--time", time, "length T of the time interval [" + default_time + "]");
-  CLI::Option* by_steps =
-      verb.add_option_function<std::string>(
-              "--steps",
-              [this](const std::string& text) {
-                if (automatic && text == "auto") return;
-                const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), steps);
-                if (error != std::errc() || end != text.data() + text.size())
-                  throw InputError(fmt::format("--steps is {}; it must be a whole number{}", quoted_line(text),
-                                               automatic ? " or auto" : ""));
-                chosen = true;
-                dt.reset();
-              },
-              "number of time steps" + (dt          ? std::string(", instead of --dt")
-                                        : automatic ? " [auto]"
-                                                    : fmt::format(" [{}]", steps)))
-          ->type_name(automatic ? "COUNT" : "INT");
+  const auto take = [this](int count) {
+    steps = count;
+    chosen = true;
+    dt.reset();
+  };
+  const std::string what = "number of time steps" + (dt          ? std::string(", instead of --dt")
+                                                     : automatic ? " [auto]"
+                                                                 : fmt::format(" [{}]", steps));
+  CLI::Option* by_steps = nullptr;
+  if (automatic) {
+    by_steps = verb.add_option_function<std::string>(
+        "--steps",
+        [take](const std::string& text) {
+          if (text == "auto") return;
+          int count = 0;
+          const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
+          if (error != std::errc() || end != text.data() + text.size())
+            throw InputError(fmt::format("--steps is {}; it must be a whole number or auto", quoted_line(text)));
+          take(count);
+        },
+        what);
+    by_steps->type_name("COUNT");
+  } else {
+    by_steps = verb.add_option_function<int>("--steps", take, what);
+  }
   verb.add_option("--dt", dt, dt ? fmt::format("longest time step [{}]", *dt) : "longest time step, instead of --steps")
       ->excludes(by_steps);
 }

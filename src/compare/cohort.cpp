@@ -73,8 +73,8 @@ void merge_into_first(CohortShapes& shapes, const Pair& pair, std::vector<double
 
 Cohort CohortShapes::cohort(const std::vector<int>& chosen) const {
   const auto of = [&](const std::vector<Landmarks>& shapes, std::vector<Eigen::VectorXd> of_shapes) {
-    Cohort cohort = make_cohort(source ? *source : procrustes_mean(shapes, alignment), shapes, alignment,
-                                std::move(of_shapes));
+    Cohort cohort =
+        make_cohort(source ? *source : procrustes_mean(shapes, alignment), shapes, alignment, std::move(of_shapes));
     cohort.about_own_mean = !source;
     return cohort;
   };

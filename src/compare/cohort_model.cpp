@@ -380,8 +380,7 @@ CohortModel::LinearEvidence CohortModel::linear_evidence_with(const Matches& abo
   // Of complete shapes the information is that of all but one.
   const double of_mean = of_own_mean(about, model);
   sum.value += of_mean;
-  for (Index i = 0; i < n; ++i)
-    sum.slope.gradient[i] += (of_own_mean(about, aside[at(i)]) - of_mean) / kDifference;
+  for (Index i = 0; i < n; ++i) sum.slope.gradient[i] += (of_own_mean(about, aside[at(i)]) - of_mean) / kDifference;
   sum.slope.information *= 1 - 1 / static_cast<double>(shapes());
   return sum;
 }

@@ -30,7 +30,7 @@ constexpr double kWider = 1.3;  // deviations of the law within which φ rotates
 // Nats, where a chain begins, below the weight of the centre: draws of a reference of strongly bent paths may lie 10⁵
 // below, from where chains come to other parts of the posterior.
 constexpr double kFarFromCentre = 10;
-constexpr int kStarts = 50;  // draws of the reference before a chain begins at its centre
+constexpr int kStarts = 50;         // draws of the reference before a chain begins at its centre
 constexpr double kFewJumps = 0.01;  // of jumps in the warm-up that led elsewhere: later only one draw is tried then
 
 // Kinds of random numbers within an iteration.
@@ -256,9 +256,9 @@ void Chain::move_path(std::size_t specimen, bool adapting) {
   }
 }
 
-// Independent draws of the reference, as many as are shot at the cost of few, of which by their weights one is taken, or
-// none: iterated sampling importance resampling (C. Andrieu, A. Lee and M. Vihola, Bernoulli 24, 2018). Of one draw it
-// is Metropolis' rule.
+// Independent draws of the reference, as many as are shot at the cost of few, of which by their weights one is taken,
+// or none: iterated sampling importance resampling (C. Andrieu, A. Lee and M. Vihola, Bernoulli 24, 2018). Of one draw
+// it is Metropolis' rule.
 void Chain::jump(std::size_t specimen, bool adapting) {
   const std::size_t kind = kFirstTheta + kKindsOfSpecimen * (specimen + 1) + 3;
   ChainPoint& here = points_[specimen];

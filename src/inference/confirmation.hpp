@@ -5,8 +5,8 @@
 namespace pulson::inference {
 
 /// Whether weighted draws or chains of other temperatures agree with the chains, and by how much not: in the log
-/// evidence, and in the means of θ, p0, q(T) and q(T/2), in standard errors of the difference. The threshold is that of all of
-/// these together: one in 500 is exceeded by chance.
+/// evidence, and in the means of θ, p0, q(T) and q(T/2), in standard errors of the difference. The threshold is that of
+/// all of these together: one in 500 is exceeded by chance.
 Confirmation confirmed_by(const ImportanceEstimate& other, const ChainSetting& setting, const PosteriorDraws& draws);
 Confirmation confirmed_by(const PosteriorDraws& tempered, const PosteriorDraws& draws);
 

@@ -5,8 +5,8 @@
 #include <limits>
 #include <numbers>
 
-#include "core/undefined.hpp"
 #include "core/factorisations.hpp"
+#include "core/undefined.hpp"
 #include "normal_quantile.hpp"
 #include "posterior/shot_batch.hpp"
 #include "pulson/core/errors.hpp"

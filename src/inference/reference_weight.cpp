@@ -152,8 +152,7 @@ SpecimenDraws specimen_draws(const ChainSetting& setting, std::size_t s, const T
   }
   std::vector<char> found(static_cast<std::size_t>(count), 1);
   if (!to_fit.empty()) {
-    const posterior::FittedDraws fitted =
-        fitted_draws(shots, linear.front(), normals(Eigen::all, to_fit), kFitted);
+    const posterior::FittedDraws fitted = fitted_draws(shots, linear.front(), normals(Eigen::all, to_fit), kFitted);
     for (std::size_t j = 0; j < to_fit.size(); ++j) {
       found[static_cast<std::size_t>(to_fit[j])] = fitted.found[j];
       if (fitted.found[j] != 0) draws.z.col(to_fit[j]) = fitted.z.col(static_cast<Index>(j));
@@ -168,15 +167,13 @@ SpecimenDraws specimen_draws(const ChainSetting& setting, std::size_t s, const T
   if (setting.move.fits_data && !with_path.empty()) {
     MatrixXd residuals(specimen.data(), std::ssize(with_path));
     for (std::size_t j = 0; j < with_path.size(); ++j)
-      residuals.col(static_cast<Index>(j)) =
-          specimen.residual(theta.models[s], draws.ends.positions.col(with_path[j]));
+      residuals.col(static_cast<Index>(j)) = specimen.residual(theta.models[s], draws.ends.positions.col(with_path[j]));
     densities = fitted_log_densities(shots, linear.front(), draws.z(Eigen::all, with_path), residuals);
   }
   for (std::size_t j = 0; j < with_path.size(); ++j) {
     const Index i = with_path[j];
     LogMixture mixture = log_mixture_of(setting, s, theta, power, draws.z.col(i), setting.move.fits_data ? 1 : 0);
-    if (setting.move.fits_data)
-      mixture.join(setting.reference.log_weights[s][0] + densities[static_cast<Index>(j)]);
+    if (setting.move.fits_data) mixture.join(setting.reference.log_weights[s][0] + densities[static_cast<Index>(j)]);
     const double log_weight = power * log_likelihoods[i] - mixture.value;
     if (!std::isnan(log_weight)) draws.log_weights[i] = log_weight;
   }

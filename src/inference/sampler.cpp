@@ -347,8 +347,8 @@ std::optional<Confirmation> confirm(const ChainSetting& setting, const Reference
   std::int64_t of_iteration = 0;
   const ThetaPoint centre = make_theta(setting, reference.centre, 1);
   for (std::size_t s = 0; s < specimens.size(); ++s)
-    of_iteration += 1 + posterior::ShotBatch(specimens[s], centre.models[s]).at_once() +
-                    (space.count() > 0 ? kThetaMoves : 0);
+    of_iteration +=
+        1 + posterior::ShotBatch(specimens[s], centre.models[s]).at_once() + (space.count() > 0 ? kThetaMoves : 0);
   const auto iterations =
       static_cast<int>(of_cost * draws.path_evaluations / (of_iteration * kCheckTemperatures * options.chains));
   tempered.warmup = iterations / 3;

@@ -15,9 +15,9 @@ struct LaneShotArguments {
   int dimension = 2;
   int landmarks = 0;
   int steps = 0;
-  int rows = 0;     ///< of the projection, 0 for the paths alone
+  int rows = 0;       ///< of the projection, 0 for the paths alone
   bool heun = false;  ///< its steps in place of those of `variational-2`: of paths alone, and additive noise
-  double half = 0;  ///< ½Δt
+  double half = 0;    ///< ½Δt
   const std::vector<KernelTerm>* terms = nullptr;
   bool moves_positions = false, moves_momenta = false;  ///< the noise
   const double* q0 = nullptr;                           ///< dN, the same in all lanes

@@ -52,14 +52,12 @@ TEST(OwnMean, GivesTheRestrictedLikelihoodOfSmallDisplacements) {
   const Points& mean = cohort.source.points;
   std::vector<Index> all;
   for (Index i = 0; i < mean.size(); ++i) all.push_back(i);
-  matching::DisplacementDraws draws{mean, MatrixXd(mean.size(), kCount),
-                                    motion_directions(mean, cohort.alignment, all), kCount - 1};
+  matching::DisplacementDraws draws{mean, MatrixXd(mean.size(), kCount), motion_directions(mean, cohort.alignment, all),
+                                    kCount - 1};
   for (int s = 0; s < kCount; ++s)
     draws.columns.col(s) = (cohort.targets[static_cast<std::size_t>(s)].points - mean).reshaped();
   const matching::DisplacementLikelihood likelihood(make_kernel("gaussian:alpha=0.5"), draws);
-  const auto expected = [&](double lambda) {
-    return likelihood(lambda * std::pow(0.3 * kSmall, 2), 1 / lambda);
-  };
+  const auto expected = [&](double lambda) { return likelihood(lambda * std::pow(0.3 * kSmall, 2), 1 / lambda); };
   const auto found = [&](double lambda) { return fit_cohort(cohort, "none", small_settings(lambda)); };
   const double first = 0.3 / (kSmall * kSmall), second = 3 / (kSmall * kSmall);
   // ε of the momenta moves variances by a thousandth of σ².
@@ -99,8 +97,8 @@ TEST(OwnMean, IsTheLimitOfAWidePriorOfTheMean) {
     }
     const OwnMean mean(specimens, Specimen(shape_problem({source, {source}}, fit, settings, 0)));
     const Specimen& first = specimens.front();
-    const posterior::Numbers numbers{
-        std::make_shared<KernelOperator>(first.problem().system.kernel), first.problem().system.noise, 2e8, 1.3};
+    const posterior::Numbers numbers{std::make_shared<KernelOperator>(first.problem().system.kernel),
+                                     first.problem().system.noise, 2e8, 1.3};
     const Specimen::Model model = first.model(numbers);
 
     const double sigma = first.problem().sigma, wide = 1e5;

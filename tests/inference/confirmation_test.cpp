@@ -89,13 +89,13 @@ bool is_refused(const PosteriorDraws& draws) {
 }
 
 class BentPosterior : public testing::TestWithParam<std::size_t> {};
-INSTANTIATE_TEST_SUITE_P(All, BentPosterior, testing::Values(0U, 1U, 2U, 3U),
+INSTANTIATE_TEST_SUITE_P(All, BentPosterior, testing::Values(0U, 1U, 2U),
                          [](const auto& of) { return bent_problems()[of.param].name; });
 
 // Within three of its own errors of the prior's draws, and of at most so many methods refused; of the means only where
-// nothing refutes them. kMostRefused: measured, of chains this short.
+// nothing refutes them. kMostRefused: measured, of chains this short; of the fields all may be.
 TEST_P(BentPosterior, IsThatOfThePriorsDrawsOrRefused) {
-  constexpr int kMostRefused[] = {2, 2, 4, 1};
+  constexpr int kMostRefused[] = {2, 3, 4};
   const std::size_t of = GetParam();
   std::string refused;
   int count = 0;
@@ -167,8 +167,7 @@ TEST(FinerSteps, ChangeTheEvidenceAsThePriorsDrawsSay) {
   const std::vector<Specimen> specimens = specimens_of(problem);
   Reference reference = make_reference(specimens, space, 1, 1);
   defend(reference, specimens, space, 1);
-  const Estimate found =
-      evidence_of_finer_steps({specimens, space, reference, {}, 3}, specimens_of(finer), 64000);
+  const Estimate found = evidence_of_finer_steps({specimens, space, reference, {}, 3}, specimens_of(finer), 64000);
   const Estimate fine = weigh_prior(finer, 400000).log_evidence, coarse = exact(0).log_evidence;
   EXPECT_NEAR(found.value, fine.value - coarse.value,
               4 * std::hypot(found.standard_error, std::hypot(fine.standard_error, coarse.standard_error)));

@@ -136,13 +136,13 @@ struct CohortFit {
 ///     t = r + Jz*,  C = I + JJᵀ,   log p(y) ≈ −½ tᵀC⁻¹t − ½ log det C − n log(√(2π) σ),
 ///
 /// which is the evidence of the model linear about z*. Of shapes about their own mean, of which S − 1 are independent,
-/// the evidence is integrated over the mean with a flat prior, to first order: restricted likelihood (REML; H. Patterson
-/// and R. Thompson 1971), of S complete shapes ½ log det C at rest more. J is rescaled exactly in λ, σ and amplitudes, so that for
-/// matches held fixed their values of greatest evidence are found at no further path; matches and numbers are updated
-/// in turn until they converge (M. Lindstrom and D. Bates 1990). From there, and from some levels of noise, Newton's
-/// method maximises the evidence itself: that of draws which fit perturbed data, with the same random numbers at any
-/// place (J. Bardsley et al. 2014), or Laplace's where fewer than three shapes are given or the draws vary too
-/// much.
+/// the evidence is integrated over the mean with a flat prior, to first order: restricted likelihood (REML; H.
+/// Patterson and R. Thompson 1971), of S complete shapes ½ log det C at rest more. J is rescaled exactly in λ, σ and
+/// amplitudes, so that for matches held fixed their values of greatest evidence are found at no further path; matches
+/// and numbers are updated in turn until they converge (M. Lindstrom and D. Bates 1990). From there, and from some
+/// levels of noise, Newton's method maximises the evidence itself: that of draws which fit perturbed data, with the
+/// same random numbers at any place (J. Bardsley et al. 2014), or Laplace's where fewer than three shapes are given or
+/// the draws vary too much.
 /// @param noise a specification without the parameters to be fitted, or a model, whose parameters are all kept; "none"
 /// is the geodesic
 /// A noise whose amplitudes are all fitted has `none` as its limit: it is searched for from there, too, and unless its

@@ -74,8 +74,8 @@ PosteriorProblem make_tree_problem(const Landmarks& source, const std::vector<Tr
 inline constexpr double kStepError = 0.02;
 
 /// The same problem with so many steps that log p(y) is within kStepError of the limit of fine steps: those that it has
-/// are doubled until weighted draws find it so (see PosteriorDraws::of_finer_steps), or the linear models where draws do
-/// not determine it, up to 128.
+/// are doubled until weighted draws find it so (see PosteriorDraws::of_finer_steps), or the linear models where draws
+/// do not determine it, up to 128.
 PosteriorProblem with_sufficient_steps(PosteriorProblem problem, std::uint64_t seed = 1);
 
 /// How a chain moves in the whitened coordinates of the Gauss–Newton Gaussian.

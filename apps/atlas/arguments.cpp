@@ -48,8 +48,9 @@ void AtlasArguments::add_to(CLI::App& verb) {
       ->type_name("FORMULA");
   reads_file(verb.add_option("--data", data, "csv file with the columns of --model, a row for each specimen")
                  ->type_name("FILE"));
-  reads_column(verb.add_option("--covariate", covariate,
-                               "the model of one column of numbers of a csv file, such as size or age, and its shapes"));
+  reads_column(
+      verb.add_option("--covariate", covariate,
+                      "the model of one column of numbers of a csv file, such as size or age, and its shapes"));
   verb.add_option("--at", at, "values of the covariate at which the shape is drawn [the least, middle and greatest]")
       ->type_name("NUMBERS")
       ->delimiter(',');

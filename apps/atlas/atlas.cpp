@@ -128,8 +128,7 @@ void find_statistics(AtlasResults& results, const AtlasArguments& arguments, con
   if (!results.predicted.empty() && !models.empty())
     results.notes.emplace_back("the tests take predicted landmarks as observed ones, which makes p somewhat too small");
   if (!arguments.covariate.empty()) {
-    const Eigen::VectorXd covariate =
-        numbers_of_fields(models.front().data.columns.begin()->second);
+    const Eigen::VectorXd covariate = numbers_of_fields(models.front().data.columns.begin()->second);
     results.covariate.assign(covariate.begin(), covariate.end());
     results.covariate_name = models.front().formula.text();
     results.shown_values = shown_values(arguments, covariate);

@@ -40,8 +40,7 @@ void draw_coefficients(const AtlasResults& results, const draw::PictureFiles& fi
   const Eigen::MatrixXd metric = atlas.metric();
   // Procrustes coordinates as the template lies.
   const std::vector<int>& common = results.procrustes.landmarks;
-  const Alignment onto_template =
-      align(results.procrustes.mean, q0(Eigen::all, common), AlignmentKind::kSimilarity);
+  const Alignment onto_template = align(results.procrustes.mean, q0(Eigen::all, common), AlignmentKind::kSimilarity);
   draw::ShapePanels picture{.reference = atlas.template_shape,
                             .reference_name = "template",
                             .shape_name = "template and displacement, magnified",
@@ -58,8 +57,7 @@ void draw_coefficients(const AtlasResults& results, const draw::PictureFiles& fi
       of_procrustes(Eigen::all, common) =
           change * onto_template.scale * onto_template.linear * model.procrustes_coefficients[c];
       const Points of_momenta = change * model.momenta_coefficients[c] * metric;
-      const double factor =
-          magnification(std::max(longest_of(of_procrustes), longest_of(of_momenta)), diameter(q0));
+      const double factor = magnification(std::max(longest_of(of_procrustes), longest_of(of_momenta)), diameter(q0));
       const std::string text = change_text(model.design, c);
       picture.rows.push_back({{fmt::format("{}: Procrustes × {:g}", text, factor), q0 + factor * of_procrustes},
                               {fmt::format("{}: momenta × {:g}", text, factor), q0 + factor * of_momenta}});

@@ -40,9 +40,7 @@ double sum_of_squares(const TermRow& row, Test test) {
   return row.term == found.terms.size() ? found.residual_ss : found.total_ss;
 }
 
-double share(const TermRow& row, Test test) {
-  return sum_of_squares(row, test) / (row.model->*test).total_ss;
-}
+double share(const TermRow& row, Test test) { return sum_of_squares(row, test) / (row.model->*test).total_ss; }
 
 // Of a term; NaN in the other lines.
 template <class Value>
@@ -63,7 +61,9 @@ const cohort::ModelDesign::Term& term_of(const PairRow& row) {
   return row.model->design.terms[static_cast<std::size_t>(pair_of(row, kProcrustes).term)];
 }
 
-std::string group_name(const PairRow& row, int group) { return term_of(row).groups[static_cast<std::size_t>(group)].name; }
+std::string group_name(const PairRow& row, int group) {
+  return term_of(row).groups[static_cast<std::size_t>(group)].name;
+}
 
 Json test_json(const ShapeModel& model, Test test, std::size_t term) {
   const cohort::TermTest& found = (model.*test).terms[term];

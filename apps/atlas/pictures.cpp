@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 
 #include "charts/chart.hpp"
+#include "coefficient_picture.hpp"
 #include "draw/layout.hpp"
 #include "draw/shape_panels.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/warp/material_flow.hpp"
 #include "register/picture.hpp"
-#include "coefficient_picture.hpp"
 #include "results.hpp"
 #include "warp/picture_files.hpp"
 
@@ -190,8 +190,8 @@ std::string test_text(const ShapeModel& model) {
 
 void draw_regression(const AtlasResults& results, const draw::PictureFiles& files) {
   const cohort::MomentumRegression& found = *results.regression;
-  draw::ShapePanels picture = panels_of(
-      results.atlas, fmt::format("Regression on {}: {}", results.covariate_name, test_text(results.model_of_covariate())));
+  draw::ShapePanels picture = panels_of(results.atlas, fmt::format("Regression on {}: {}", results.covariate_name,
+                                                                   test_text(results.model_of_covariate())));
   picture.shape_name = "predicted";
   picture.rows.emplace_back();
   for (const double value : results.shown_values) {

@@ -88,11 +88,11 @@ Json groups_json(const AtlasResults& results) {
   json["pairs"] = Json::array();
   const auto& groups = model.design.terms.front().groups;
   for (const cohort::PairTest& pair : model.momenta.pairs)
-    json["pairs"].push_back({{"groups",
-                              {groups[static_cast<std::size_t>(pair.first)].name,
-                               groups[static_cast<std::size_t>(pair.second)].name}},
-                             {"distance", pair.distance},
-                             {"p_value", defined_or_null(pair.p_value)}});
+    json["pairs"].push_back(
+        {{"groups",
+          {groups[static_cast<std::size_t>(pair.first)].name, groups[static_cast<std::size_t>(pair.second)].name}},
+         {"distance", pair.distance},
+         {"p_value", defined_or_null(pair.p_value)}});
   json["means"] = Json::array();
   for (const cohort::GroupMean& mean : results.means) json["means"].push_back(landmarks(mean.momenta));
   return json;

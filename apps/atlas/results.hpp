@@ -26,7 +26,7 @@ struct AtlasResults {
   std::vector<Landmarks> complete;  ///< the shapes as given with predictions for what is missing; empty likewise
   std::vector<double> covariate;    ///< empty: none
   std::string covariate_name;
-  std::vector<double> shown_values;  ///< of it, in pictures
+  std::vector<double> shown_values;                      ///< of it, in pictures
   std::optional<cohort::MomentumRegression> regression;  ///< of --covariate
   std::vector<std::string> groups;                       ///< of --groups or the model; empty: none
   std::vector<cohort::GroupMean> means;                  ///< of --groups

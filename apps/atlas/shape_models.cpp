@@ -18,8 +18,8 @@
 namespace pulson {
 namespace {
 
-constexpr double kLevel = 0.05;        // of tests, for the note on two that differ
-constexpr double kEqualSizes = 1e-3;   // standard deviation over mean, below which sizes are what rounding left
+constexpr double kLevel = 0.05;       // of tests, for the note on two that differ
+constexpr double kEqualSizes = 1e-3;  // standard deviation over mean, below which sizes are what rounding left
 
 std::vector<std::string> fields_of(const Eigen::VectorXd& numbers) {
   std::vector<std::string> fields;
@@ -38,9 +38,10 @@ void note_equal_sizes(const std::vector<std::string>& fields, std::vector<std::s
   for (std::size_t i = 0; i < fields.size(); ++i) sizes[static_cast<Eigen::Index>(i)] = std::stod(fields[i]);
   const double deviation = std::sqrt((sizes.array() - sizes.mean()).square().mean());
   if (deviation < kEqualSizes * sizes.mean())
-    notes.push_back(fmt::format("the centroid sizes differ by {:.2g} % only: these shapes were scaled, and `size` says "
-                                "nothing of them",
-                                100 * deviation / sizes.mean()));
+    notes.push_back(
+        fmt::format("the centroid sizes differ by {:.2g} % only: these shapes were scaled, and `size` says "
+                    "nothing of them",
+                    100 * deviation / sizes.mean()));
 }
 
 // Of a formula, from the table, the shapes' comments, or the shapes.
@@ -107,9 +108,10 @@ void note_disagreement(const ShapeModel& model, std::vector<std::string>& notes)
   for (std::size_t t = 0; t < model.design.terms.size(); ++t) {
     const double p = model.procrustes.terms[t].p_value, of_momenta = model.momenta.terms[t].p_value;
     if ((p <= kLevel) != (of_momenta <= kLevel))
-      notes.push_back(fmt::format("{}: p {:.3g} by Procrustes coordinates and {:.3g} by momenta, whose metric gives "
-                                  "smooth deformations less weight",
-                                  model.design.terms[t].label, p, of_momenta));
+      notes.push_back(
+          fmt::format("{}: p {:.3g} by Procrustes coordinates and {:.3g} by momenta, whose metric gives "
+                      "smooth deformations less weight",
+                      model.design.terms[t].label, p, of_momenta));
   }
 }
 

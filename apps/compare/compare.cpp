@@ -23,10 +23,9 @@
 namespace pulson {
 namespace {
 
-const std::vector<std::string> kComparisonFiles = {"comparison.json", "models.csv",    "shapes.csv",
-                                                   "spectrum.csv",    "landmarks.csv", "source.csv",
-                                                   "aligned.csv",     "specimens.csv", "checks.csv",
-                                                   "sigma.csv",       "report.html"};
+const std::vector<std::string> kComparisonFiles = {"comparison.json", "models.csv", "shapes.csv",  "spectrum.csv",
+                                                   "landmarks.csv",   "source.csv", "aligned.csv", "specimens.csv",
+                                                   "checks.csv",      "sigma.csv",  "report.html"};
 const std::vector<std::string> kComparisonPictures = {"comparison", "noise_map", "sigma"};
 
 std::string csv_of(const std::string& name, const std::vector<Landmarks>& shapes) {

@@ -166,7 +166,8 @@ std::vector<ShapeRow> shape_rows(const std::vector<ModelRow>& models) {
 const Facts<CheckRow>& check_facts() {
   using R = CheckRow;
   static const Facts<R> facts = {
-      {"noise", "model", "of the model that cohorts are drawn from", "", [](const R& r) { return shortened_spec(r.model->noise); }},
+      {"noise", "model", "of the model that cohorts are drawn from", "",
+       [](const R& r) { return shortened_spec(r.model->noise); }},
       {"statistic", "statistic", "of a cohort", "", [](const R& r) { return r.statistic; }},
       {"observed", "these shapes", "of these shapes", "{:.4g}", [](const R& r) { return r.check.observed; }},
       {"low_90", "model, from", "lower end of the central 90 % of the cohorts drawn", "{:.4g}",

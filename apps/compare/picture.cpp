@@ -177,10 +177,8 @@ charts::Chart sigma_chart(const compare::Comparison& comparison) {
                            .reference_lines = {{0, ""}, {-3, "3 nats"}},
                            .log_x = true};
   for (std::size_t m = 0; m < comparison.models.size(); ++m) {
-    charts::Series series{.name = name_of(comparison.models[m]),
-                          .x = {},
-                          .y = {},
-                          .style = charts::SeriesStyle::kLineAndPoints};
+    charts::Series series{
+        .name = name_of(comparison.models[m]), .x = {}, .y = {}, .style = charts::SeriesStyle::kLineAndPoints};
     for (Eigen::Index k = 0; k < profile.sigma.size(); ++k) {
       double best = profile.scores(k, static_cast<Eigen::Index>(m));
       if (!std::isfinite(best)) continue;

@@ -63,9 +63,8 @@ Json evidences(const compare::CohortFit& fit) {
 }
 
 Json check_json(const compare::PredictiveCheck& check) {
-  return defined_or_null({{"observed", check.observed},
-                          {"interval_90", {check.low, check.high}},
-                          {"p_value", check.p_value}});
+  return defined_or_null(
+      {{"observed", check.observed}, {"interval_90", {check.low, check.high}}, {"p_value", check.p_value}});
 }
 
 Json checks_json(const compare::PredictiveChecks& checks) {

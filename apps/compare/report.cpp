@@ -10,10 +10,10 @@
 #include "compare/facts.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
+#include "sentences.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/program.hpp"
-#include "sentences.hpp"
 #include "summary.hpp"
 
 namespace pulson {
@@ -55,10 +55,11 @@ html::ReportTable path_table(const std::vector<ModelRow>& rows) {
 
 // Of the models that were checked.
 html::ReportTable check_table(const std::vector<ModelRow>& rows) {
-  return report_table(check_facts(), check_rows(rows),
-                      "Would the model draw such shapes? Statistics of these shapes, their central 90 % in cohorts drawn "
-                      "from the model with its fitted numbers and aligned in the same way, and p of two sides; of the "
-                      "variances of landmarks the number outside, and p of all of them together.");
+  return report_table(
+      check_facts(), check_rows(rows),
+      "Would the model draw such shapes? Statistics of these shapes, their central 90 % in cohorts drawn "
+      "from the model with its fitted numbers and aligned in the same way, and p of two sides; of the "
+      "variances of landmarks the number outside, and p of all of them together.");
 }
 
 html::ReportTable shape_table(const std::vector<ModelRow>& rows) {
@@ -84,9 +85,9 @@ void add_ends(html::HtmlReport& report, const std::vector<std::string>& notes, d
 
 html::HtmlReport comparison_report(const compare::Comparison& comparison, const std::vector<std::string>& notes,
                                    double seconds, const std::vector<std::filesystem::path>& pictures) {
-  html::HtmlReport report{.title = "Which noise model best explains these shapes?",
-                          .lead = fmt::format("{}. {}", as_title(headline(comparison)),
-                                              fmt::join(four_sentences(comparison), " "))};
+  html::HtmlReport report{
+      .title = "Which noise model best explains these shapes?",
+      .lead = fmt::format("{}. {}", as_title(headline(comparison)), fmt::join(four_sentences(comparison), " "))};
   html::ReportSection models{"Models", {}};
   const std::vector<ModelRow> rows = ranked_rows(comparison);
   models.blocks.emplace_back(html::ReportParagraph{fmt::format(
@@ -99,8 +100,7 @@ html::HtmlReport comparison_report(const compare::Comparison& comparison, const 
   for (const std::filesystem::path& picture : pictures)
     models.blocks.emplace_back(html::ReportPicture{picture, fmt::format("Saved as {}.", picture.filename().string())});
   models.blocks.emplace_back(fit_table(rows));
-  if (html::ReportTable checks = check_table(rows); !checks.rows.empty())
-    models.blocks.emplace_back(std::move(checks));
+  if (html::ReportTable checks = check_table(rows); !checks.rows.empty()) models.blocks.emplace_back(std::move(checks));
   if (html::ReportTable paths = path_table(rows); !paths.rows.empty()) models.blocks.emplace_back(std::move(paths));
   report.sections.push_back(std::move(models));
   report.sections.push_back({"Shapes", {shape_table(rows)}});

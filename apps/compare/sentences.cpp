@@ -34,11 +34,12 @@ std::string range_name(const Comparison& comparison, const compare::SigmaProfile
 std::string asked(const Comparison& comparison) {
   std::vector<std::string> names;
   for (const ComparedModel& model : comparison.models) names.push_back(shortened_spec(model.noise));
-  return fmt::format(
-      "Asked: which of {} best explains {} of {}, aligned by {}, with {}", joined_words(names),
-      counted(static_cast<std::int64_t>(comparison.cohort.targets.size()), "shape"),
-      counted(comparison.cohort.source.count(), "landmark"), alignment_name(comparison.cohort.alignment),
-      comparison.settings.fit_sigma ? "sigma fitted in each" : fmt::format("sigma {:.4g} known", comparison.settings.sigma.in(0)));
+  return fmt::format("Asked: which of {} best explains {} of {}, aligned by {}, with {}", joined_words(names),
+                     counted(static_cast<std::int64_t>(comparison.cohort.targets.size()), "shape"),
+                     counted(comparison.cohort.source.count(), "landmark"), alignment_name(comparison.cohort.alignment),
+                     comparison.settings.fit_sigma
+                         ? "sigma fitted in each"
+                         : fmt::format("sigma {:.4g} known", comparison.settings.sigma.in(0)));
 }
 
 std::string found(const Comparison& comparison) {
@@ -69,11 +70,12 @@ std::string what_would_change(const Comparison& comparison) {
   if (depends || comparison.settings.fit_sigma)
     ways.emplace_back("a measured sigma (the same specimens digitised twice)");
   const std::vector<ModelRow> rows = ranked_rows(comparison);
-  const bool is_close = rows.size() > 1 && -rows[1].model->difference.value <
-                                               std::max(3.0, 2 * rows[1].model->difference.standard_error);
+  const bool is_close =
+      rows.size() > 1 && -rows[1].model->difference.value < std::max(3.0, 2 * rows[1].model->difference.standard_error);
   if (is_close) ways.emplace_back("more shapes");
   if (!misfit(comparison).empty())
-    ways.emplace_back("models that allow landmarks to vary by different amounts, or specimens that were mended or left out");
+    ways.emplace_back(
+        "models that allow landmarks to vary by different amounts, or specimens that were mended or left out");
   if (ways.empty()) ways.emplace_back("another kernel family or alignment");
   return fmt::format("What would change it: {}", fmt::join(ways, "; "));
 }

@@ -94,7 +94,8 @@ class FormulaParser {
   }
 
   static bool begins_name(char c) {
-    return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '.' || c == '_' || (static_cast<unsigned char>(c) & 0x80U) != 0;
+    return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '.' || c == '_' ||
+           (static_cast<unsigned char>(c) & 0x80U) != 0;
   }
 
   ModelExpression operand() {
@@ -140,12 +141,18 @@ class FormulaParser {
 std::string deparsed(const ModelExpression& of) {
   const auto argument = [&](std::size_t i) { return deparsed(of.arguments[i]); };
   switch (of.kind) {
-    case Kind::kNumber: return fmt::format("{:g}", of.number);
-    case Kind::kColumn: return of.text;
-    case Kind::kCall: return fmt::format("{}({})", of.text, argument(0));
-    case Kind::kParentheses: return fmt::format("({})", argument(0));
-    case Kind::kNegative: return "-" + argument(0);
-    case Kind::kBinary: break;
+    case Kind::kNumber:
+      return fmt::format("{:g}", of.number);
+    case Kind::kColumn:
+      return of.text;
+    case Kind::kCall:
+      return fmt::format("{}({})", of.text, argument(0));
+    case Kind::kParentheses:
+      return fmt::format("({})", argument(0));
+    case Kind::kNegative:
+      return "-" + argument(0);
+    case Kind::kBinary:
+      break;
   }
   const bool is_close = of.text == "/" || of.text == "^" || of.text == ":";
   return fmt::format("{0}{1}{2}{1}{3}", argument(0), is_close ? "" : " ", of.text, argument(1));
@@ -160,7 +167,8 @@ std::uint64_t all_of(const Terms& terms) {
 Terms with(Terms terms, const Terms& more) {
   for (const std::uint64_t term : more)
     if (std::find(terms.begin(), terms.end(), term) == terms.end()) terms.push_back(term);
-  if (terms.size() > kMostFormulaTerms) throw InputError(fmt::format("the formula has more than {} terms", kMostFormulaTerms));
+  if (terms.size() > kMostFormulaTerms)
+    throw InputError(fmt::format("the formula has more than {} terms", kMostFormulaTerms));
   return terms;
 }
 
@@ -181,10 +189,14 @@ class TermReader {
         if (of.number != 1) throw InputError("the model has an intercept; a formula takes no number but 1");
         return {};
       case Kind::kColumn:
-      case Kind::kCall: return {variable(of)};
-      case Kind::kParentheses: return read(of.arguments.front());
-      case Kind::kNegative: return removed({}, of.arguments.front());
-      case Kind::kBinary: break;
+      case Kind::kCall:
+        return {variable(of)};
+      case Kind::kParentheses:
+        return read(of.arguments.front());
+      case Kind::kNegative:
+        return removed({}, of.arguments.front());
+      case Kind::kBinary:
+        break;
     }
     if (of.text == "^") return power(of);
     const Terms first = read(of.arguments[0]);
@@ -217,9 +229,8 @@ class TermReader {
     if (what.kind == Kind::kNumber) throw InputError("the model has an intercept, which a formula cannot leave out");
     const Terms gone = read(what);
     Terms kept;
-    std::copy_if(from.begin(), from.end(), std::back_inserter(kept), [&](std::uint64_t term) {
-      return std::find(gone.begin(), gone.end(), term) == gone.end();
-    });
+    std::copy_if(from.begin(), from.end(), std::back_inserter(kept),
+                 [&](std::uint64_t term) { return std::find(gone.begin(), gone.end(), term) == gone.end(); });
     return kept;
   }
 
@@ -227,8 +238,8 @@ class TermReader {
     const ModelExpression& exponent = of.arguments[1];
     if (exponent.kind != Kind::kNumber || exponent.number < 1 || exponent.number > 10 ||
         exponent.number != std::floor(exponent.number))
-      throw InputError(fmt::format("{}: a formula takes powers 1 to 10; I({}) is that of a number", deparsed(of),
-                                   deparsed(of)));
+      throw InputError(
+          fmt::format("{}: a formula takes powers 1 to 10; I({}) is that of a number", deparsed(of), deparsed(of)));
     const Terms base = read(of.arguments[0]);
     Terms found = base;
     for (int i = 1; i < static_cast<int>(exponent.number); ++i) found = with(found, interactions(found, base));
@@ -296,7 +307,8 @@ std::vector<std::string> ModelFormula::columns() const {
 
 std::string ModelFormula::label_of(int term) const {
   std::vector<std::string> labels;
-  for (const int v : terms[static_cast<std::size_t>(term)]) labels.push_back(variables[static_cast<std::size_t>(v)].label);
+  for (const int v : terms[static_cast<std::size_t>(term)])
+    labels.push_back(variables[static_cast<std::size_t>(v)].label);
   return fmt::format("{}", fmt::join(labels, ":"));
 }
 

@@ -1,5 +1,7 @@
 // Analysis of variance of shapes by randomised residuals.
 
+#include "pulson/cohort/linear_model.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -7,7 +9,6 @@
 #include <Eigen/QR>
 #include <fmt/format.h>
 
-#include "pulson/cohort/linear_model.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
@@ -22,7 +23,7 @@ constexpr int kBatch = 64;            // permutations per task, of one matrix pr
 constexpr double kEqual = 1 - 1e-12;  // statistics of equal permutations differ by rounding
 constexpr int kErrorBlocks = 10;      // of permutations, by which the error of an effect size is estimated
 constexpr Index kLeastBlock = 50;
-constexpr double kMostPower = 2;      // of Box and Cox, as in RRPP
+constexpr double kMostPower = 2;  // of Box and Cox, as in RRPP
 
 // Orthonormal columns that span those of the design, less their means, in order.
 MatrixXd orthonormal(const MatrixXd& columns) {
@@ -179,8 +180,7 @@ class ModelTester {
     const Randomised& held = held_[static_cast<std::size_t>(t)];
     const VectorXd f = held.statistics.row(0);
     const double ss = (basis_.middleCols(term.first, term.df).transpose() * rows_).squaredNorm();
-    found.terms.push_back(
-        {ss, ss / found.total_ss, f[0], effect_size(f), effect_size_error(f), part_as_large(f)});
+    found.terms.push_back({ss, ss / found.total_ss, f[0], effect_size(f), effect_size_error(f), part_as_large(f)});
     Index row = 1;
     for (int second = 1; second < held.group_means.rows(); ++second)
       for (int first = 0; first < second; ++first, ++row) {
@@ -191,8 +191,8 @@ class ModelTester {
 
   const ModelDesign& design_;
   const PermutationOptions& options_;
-  MatrixXd rows_;   // centred
-  MatrixXd basis_;  // n×k
+  MatrixXd rows_;                 // centred
+  MatrixXd basis_;                // n×k
   std::vector<Randomised> held_;  // of each term
 };
 

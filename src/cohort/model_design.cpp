@@ -21,7 +21,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Kind = ModelExpression::Kind;
 
-constexpr double kDependent = 1e-7;    // of a column's norm, that is left beside the columns before it: that of R's lm
+constexpr double kDependent = 1e-7;  // of a column's norm, that is left beside the columns before it: that of R's lm
 constexpr std::size_t kMostLevels = 200;
 
 // A variable's value for each specimen of the data: a number, NaN where there is none, or a level, −1 where there is
@@ -54,7 +54,8 @@ class Evaluator {
  private:
   const std::vector<std::string>& column(const std::string& name) const {
     const auto found = data_.columns.find(name);
-    if (found == data_.columns.end()) throw InputError(fmt::format("the model has '{}', of which there is no column", name));
+    if (found == data_.columns.end())
+      throw InputError(fmt::format("the model has '{}', of which there is no column", name));
     return found->second;
   }
 
@@ -74,12 +75,18 @@ class Evaluator {
   VectorXd numbers(const std::string& label, const ModelExpression& of) const {
     const auto count = static_cast<Index>(data_.specimens.size());
     switch (of.kind) {
-      case Kind::kNumber: return VectorXd::Constant(count, of.number);
-      case Kind::kParentheses: return numbers(label, of.arguments.front());
-      case Kind::kNegative: return -numbers(label, of.arguments.front());
-      case Kind::kColumn: return column_of_numbers(label, of.text);
-      case Kind::kCall: return called(label, of);
-      case Kind::kBinary: break;
+      case Kind::kNumber:
+        return VectorXd::Constant(count, of.number);
+      case Kind::kParentheses:
+        return numbers(label, of.arguments.front());
+      case Kind::kNegative:
+        return -numbers(label, of.arguments.front());
+      case Kind::kColumn:
+        return column_of_numbers(label, of.text);
+      case Kind::kCall:
+        return called(label, of);
+      case Kind::kBinary:
+        break;
     }
     const VectorXd a = numbers(label, of.arguments[0]), b = numbers(label, of.arguments[1]);
     if (of.text == "+") return a + b;
@@ -100,8 +107,8 @@ class Evaluator {
       else if (text::is_number(field))
         values[static_cast<Index>(i)] = std::stod(field);
       else
-        throw InputError(fmt::format("{}: {} of {} for specimen {} is not a number", label, text::in_quotes(field), name,
-                                     text::in_quotes(data_.specimens[i])));
+        throw InputError(fmt::format("{}: {} of {} for specimen {} is not a number", label, text::in_quotes(field),
+                                     name, text::in_quotes(data_.specimens[i])));
     }
     return values;
   }
@@ -123,9 +130,8 @@ class Evaluator {
     std::vector<std::string> names = ModelFormula{{variable}, {{0}}}.columns();
     for (Index i = 0; i < values.size(); ++i) {
       const auto place = static_cast<std::size_t>(i);
-      const bool is_known = std::none_of(names.begin(), names.end(), [&](const std::string& name) {
-        return is_missing_field(column(name)[place]);
-      });
+      const bool is_known = std::none_of(
+          names.begin(), names.end(), [&](const std::string& name) { return is_missing_field(column(name)[place]); });
       if (!is_known)
         values[i] = text::kMissing;
       else if (!std::isfinite(values[i]))
@@ -172,9 +178,10 @@ class Designer {
     basis_ = MatrixXd::Constant(rows(), 1, 1 / std::sqrt(static_cast<double>(rows())));
     for (int t = 0; t < static_cast<int>(formula_.terms.size()); ++t) add_term(t);
     if (design_.residual_df() < 1)
-      throw InputError(fmt::format("the model {} has {} coefficients for {} specimens, and leaves nothing to estimate the "
-                                   "variance by: leave terms out",
-                                   formula_.text(), design_.columns.cols() + 1, rows()));
+      throw InputError(
+          fmt::format("the model {} has {} coefficients for {} specimens, and leaves nothing to estimate the "
+                      "variance by: leave terms out",
+                      formula_.text(), design_.columns.cols() + 1, rows()));
     const MatrixXd all = with_intercept(design_.columns);
     design_.weights = solved(all, MatrixXd::Identity(rows(), rows())).bottomRows(design_.columns.cols());
     for (std::size_t t = 0; t < design_.terms.size(); ++t) add_groups(t);
@@ -201,7 +208,8 @@ class Designer {
     std::vector<std::string> missing;
     for (int i = 0; i < static_cast<int>(data_.specimens.size()); ++i) {
       const bool is_known = std::all_of(values_.begin(), values_.end(), [i](const Values& values) {
-        return values.is_factor() ? values.level_of[static_cast<std::size_t>(i)] >= 0 : std::isfinite(values.numbers[i]);
+        return values.is_factor() ? values.level_of[static_cast<std::size_t>(i)] >= 0
+                                  : std::isfinite(values.numbers[i]);
       });
       if (is_known)
         design_.specimens.push_back(i);
@@ -209,7 +217,8 @@ class Designer {
         missing.push_back(data_.specimens[static_cast<std::size_t>(i)]);
     }
     if (std::ssize(design_.specimens) < 3)
-      throw InputError(fmt::format("{} have all of {}; a model needs three", text::counted(design_.specimens.size(), "specimen"),
+      throw InputError(fmt::format("{} have all of {}; a model needs three",
+                                   text::counted(design_.specimens.size(), "specimen"),
                                    fmt::join(formula_.columns(), ", ")));
     for (Values& values : values_) values = of_specimens(values, design_.specimens);
     if (missing.empty()) return;
@@ -228,7 +237,8 @@ class Designer {
     std::vector<int> order(used.begin(), used.end());
     const auto name = [&](int level) -> const std::string& { return all.levels[static_cast<std::size_t>(level)]; };
     if (std::all_of(order.begin(), order.end(), [&](int level) { return text::is_number(name(level)); }))
-      std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return std::stod(name(a)) < std::stod(name(b)); });
+      std::stable_sort(order.begin(), order.end(),
+                       [&](int a, int b) { return std::stod(name(a)) < std::stod(name(b)); });
     Values kept;
     for (const int level : order) kept.levels.push_back(name(level));
     for (const int i : specimens)
@@ -242,11 +252,13 @@ class Designer {
     const std::string& label = formula_.variables[v].label;
     if (values.is_factor()) {
       if (values.levels.size() < 2)
-        throw InputError(fmt::format("{} is one group, '{}'; a comparison needs two groups", label, values.levels.front()));
+        throw InputError(
+            fmt::format("{} is one group, '{}'; a comparison needs two groups", label, values.levels.front()));
       if (std::ssize(values.levels) == rows())
         throw InputError(fmt::format("each specimen is a group of its own in {}; some group needs two", label));
       if (values.levels.size() > kMostLevels)
-        throw InputError(fmt::format("{} has {} groups; a model takes up to {}", label, values.levels.size(), kMostLevels));
+        throw InputError(
+            fmt::format("{} has {} groups; a model takes up to {}", label, values.levels.size(), kMostLevels));
       return;
     }
     const std::set<double> different(values.numbers.begin(), values.numbers.end());
@@ -255,8 +267,8 @@ class Designer {
     const bool are_whole = std::all_of(different.begin(), different.end(), [](double x) { return x == std::floor(x); });
     if (formula_.variables[v].expression.kind == Kind::kColumn && are_whole && different.size() <= kFewValues &&
         4 * std::ssize(different) <= rows())
-      design_.notes.push_back(
-          fmt::format("{} is a number with {} values; factor({}) would take them as groups", label, different.size(), label));
+      design_.notes.push_back(fmt::format("{} is a number with {} values; factor({}) would take them as groups", label,
+                                          different.size(), label));
   }
 
   std::vector<Column> columns_of_term(const std::vector<int>& term, const std::vector<Values>& values) const {
@@ -289,8 +301,8 @@ class Designer {
       ++term.df;
     }
     if (term.df == 0)
-      throw InputError(fmt::format("{} is a combination of the terms before it, and explains nothing more: leave it out",
-                                   term.label));
+      throw InputError(fmt::format(
+          "{} is a combination of the terms before it, and explains nothing more: leave it out", term.label));
     design_.terms.push_back(std::move(term));
   }
 
@@ -325,7 +337,8 @@ class Designer {
     std::vector<std::vector<int>> of_specimens;
     for (Index i = 0; i < rows(); ++i) {
       std::vector<int>& levels = of_specimens.emplace_back();
-      for (const int v : variables) levels.push_back(values_[static_cast<std::size_t>(v)].level_of[static_cast<std::size_t>(i)]);
+      for (const int v : variables)
+        levels.push_back(values_[static_cast<std::size_t>(v)].level_of[static_cast<std::size_t>(i)]);
       known.emplace(levels, 0);
     }
     for (auto& [levels, place] : known) {
@@ -360,9 +373,8 @@ class Designer {
       const std::vector<Column> all = columns_of_term(formula_.terms[s], values);
       for (const std::size_t c : kept_[s]) at_means.col(static_cast<Index>(column++)) = all[c].values;
     }
-    const MatrixXd predicted =
-        with_intercept(at_means) *
-        solved(with_intercept(design_.columns.leftCols(count)), MatrixXd::Identity(rows(), rows()));
+    const MatrixXd predicted = with_intercept(at_means) * solved(with_intercept(design_.columns.leftCols(count)),
+                                                                 MatrixXd::Identity(rows(), rows()));
     MatrixXd weights = MatrixXd::Zero(std::ssize(term.groups), rows());
     for (Index i = 0; i < rows(); ++i) {
       const auto group = static_cast<std::size_t>(term.group_of[static_cast<std::size_t>(i)]);

@@ -24,12 +24,12 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kLevel = 0.05 / 4;     // of each of four statistics
-constexpr double kTail = 0.05;          // on either side of the central 90 %
-constexpr double kLeastWeight = 0.1;    // of a landmark that counts, as for suspects
-constexpr int kFewestShapes = 2000;     // drawn, of which cohorts are subsets
-constexpr int kShapesPerShape = 10;     // the same for large cohorts: 10 for each shape
-constexpr int kReference = 200;         // shapes that the energy score compares with
+constexpr double kLevel = 0.05 / 4;   // of each of four statistics
+constexpr double kTail = 0.05;        // on either side of the central 90 %
+constexpr double kLeastWeight = 0.1;  // of a landmark that counts, as for suspects
+constexpr int kFewestShapes = 2000;   // drawn, of which cohorts are subsets
+constexpr int kShapesPerShape = 10;   // the same for large cohorts: 10 for each shape
+constexpr int kReference = 200;       // shapes that the energy score compares with
 
 // Of one cohort.
 struct Statistics {
@@ -57,9 +57,11 @@ double first_share(const Cohort& cohort) {
   constexpr std::size_t kFewest = 4;
   if (complete.size() < kFewest) return kNan;
   MatrixXd rows(std::ssize(complete), complete.front()->size());
-  for (std::size_t i = 0; i < complete.size(); ++i) rows.row(static_cast<Index>(i)) = complete[i]->reshaped().transpose();
+  for (std::size_t i = 0; i < complete.size(); ++i)
+    rows.row(static_cast<Index>(i)) = complete[i]->reshaped().transpose();
   rows.rowwise() -= rows.colwise().mean().eval();
-  const MatrixXd gram = rows.rows() <= rows.cols() ? MatrixXd(rows * rows.transpose()) : MatrixXd(rows.transpose() * rows);
+  const MatrixXd gram =
+      rows.rows() <= rows.cols() ? MatrixXd(rows * rows.transpose()) : MatrixXd(rows.transpose() * rows);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(gram, Eigen::EigenvaluesOnly);
   return solver.eigenvalues().maxCoeff() / gram.trace();
 }
@@ -177,8 +179,7 @@ PredictiveChecks check_predictions(const CohortShapes& shapes, const Cohort& coh
   const int size = std::max(kFewestShapes, kShapesPerShape * count);
   const MatrixXd drawn = draw_shapes(shape_problem(cohort, fit, settings, 0), size + kReference, settings.seed).ends;
   const auto pool = static_cast<int>(drawn.cols()) - kReference;
-  if (pool < 2 * count)
-    throw NumericalError("the model draws too few shapes that have a path; use more `grid.steps`");
+  if (pool < 2 * count) throw NumericalError("the model draws too few shapes that have a path; use more `grid.steps`");
   const MatrixXd reference = drawn.rightCols(kReference);
   const Points& source = cohort.source.points;
   std::vector<Points> observed_points;
@@ -196,8 +197,9 @@ PredictiveChecks check_predictions(const CohortShapes& shapes, const Cohort& coh
   for (Index a = 0; a < source.cols(); ++a)
     found.variances.push_back(
         check(observed.variances[a], values_of(all, [a](const Statistics& s) { return s.variances[a]; })));
-  found.outside = static_cast<int>(std::count_if(found.variances.begin(), found.variances.end(),
-                                                 [](const PredictiveCheck& landmark) { return landmark.is_outside(); }));
+  found.outside =
+      static_cast<int>(std::count_if(found.variances.begin(), found.variances.end(),
+                                     [](const PredictiveCheck& landmark) { return landmark.is_outside(); }));
   found.variances_p = variances_p(observed.variances, all);
   found.share = check(observed.share, values_of(all, [](const Statistics& s) { return s.share; }));
   found.energy = check(observed.energy, values_of(all, [](const Statistics& s) { return s.energy; }));
@@ -207,7 +209,8 @@ PredictiveChecks check_predictions(const CohortShapes& shapes, const Cohort& coh
 
 std::vector<std::string> PredictiveChecks::unexplained() const {
   std::vector<std::string> found;
-  if (variances_p <= kLevel && outside > 0) found.push_back(fmt::format("the variances of {} of {} landmarks", outside, variances.size()));
+  if (variances_p <= kLevel && outside > 0)
+    found.push_back(fmt::format("the variances of {} of {} landmarks", outside, variances.size()));
   if (share.p_value <= kLevel)
     found.push_back(fmt::format("the share of the first mode ({:.0f} %, {:.0f} to {:.0f} % by the model)",
                                 100 * share.observed, 100 * share.low, 100 * share.high));

@@ -24,10 +24,10 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kPlacesASide = 2;
-constexpr double kFactor = 2;       // of σ at the ends
-constexpr double kDecisive = 3;     // nats, and two standard errors: as of the verdict
-constexpr int kTurnsAtSigma = 3;       // of numbers and matches at one σ
-constexpr int kBorderCuts = 20;     // halvings between two places: to 1e-6
+constexpr double kFactor = 2;         // of σ at the ends
+constexpr double kDecisive = 3;       // nats, and two standard errors: as of the verdict
+constexpr int kMostTurnsAtSigma = 3;  // of numbers and matches at one σ
+constexpr int kBorderCuts = 20;       // halvings between two places: to 1e-6
 
 bool is_none(const ComparedModel& model) { return model.noise == "none"; }
 
@@ -73,10 +73,10 @@ class Walk {
   Matches settled(double place, Matches best) const {
     Box box = model_.box();
     box.least[held_] = box.most[held_] = place;
-    for (int turn = 0; turn < kTurnsAtSigma; ++turn) try {
-        const BoxMaximum there = maximise_in_box([&](const VectorXd& x) { return model_.linear_value(best, x); },
-                                                 [&](const VectorXd& x) { return model_.linear_evidence(best, x).slope; },
-                                                 box, box.clipped(best.x));
+    for (int turn = 0; turn < kMostTurnsAtSigma; ++turn) try {
+        const BoxMaximum there = maximise_in_box(
+            [&](const VectorXd& x) { return model_.linear_value(best, x); },
+            [&](const VectorXd& x) { return model_.linear_evidence(best, x).slope; }, box, box.clipped(best.x));
         Matches next = model_.match(there.x, &best);
         const double gain = next.log_evidence - best.log_evidence;
         if (gain > 0) best = std::move(next);

@@ -148,8 +148,8 @@ TEST(LinearModel, ComparesMeansOfGroupsAtTheMeanOfCovariates) {
   ASSERT_EQ(of_sites.pairs.size(), 3U);
   VectorXd first = VectorXd::Zero(7), last = VectorXd::Zero(7);
   for (Index i = 0; i < 24; i += 3) {
-    last += rows.row(i).transpose() / 8;        // site 10
-    first += rows.row(i + 2).transpose() / 8;   // site 1
+    last += rows.row(i).transpose() / 8;       // site 10
+    first += rows.row(i + 2).transpose() / 8;  // site 1
   }
   EXPECT_NEAR(of_sites.pairs[1].distance, (last - first).norm(), 1e-12);
 }
@@ -192,8 +192,9 @@ TEST(LinearModel, LeavesOutWhatMissesAValue) {
   data.columns["sex"][7] = "";
   const ModelDesign design = make_design(ModelFormula::parse("log(size) + sex"), data);
   EXPECT_EQ(design.specimens.size(), 22U);
-  EXPECT_THAT(design.notes, ElementsAre("log(size) + sex: 2 specimens are left out of the model, since a value is missing "
-                                        "in s4, s8"));
+  EXPECT_THAT(design.notes,
+              ElementsAre("log(size) + sex: 2 specimens are left out of the model, since a value is missing "
+                          "in s4, s8"));
   EXPECT_THAT(make_design(ModelFormula::parse("site"), data).notes,
               ElementsAre("site is a number with 3 values; factor(site) would take them as groups"));
   EXPECT_THAT(make_design(ModelFormula::parse("factor(site)"), data).notes, IsEmpty());
@@ -274,9 +275,17 @@ const std::vector<Reference>& references() {
        0.068671474,
        0.19693973,
        of_plethodon},
-      {mice, "group", {{0.098078941, 0.25331664, 12.382836, 6.6544, 1e-4}}, 0.28910028, 0.38717922,
+      {mice,
+       "group",
+       {{0.098078941, 0.25331664, 12.382836, 6.6544, 1e-4}},
+       0.28910028,
+       0.38717922,
        "shapes_R/mice_groups.csv"},
-      {schizophrenia, "group", {{0.010167772, 0.067865505, 1.8929705, 1.7478, 0.0401}}, 0.13965462, 0.14982239,
+      {schizophrenia,
+       "group",
+       {{0.010167772, 0.067865505, 1.8929705, 1.7478, 0.0401}},
+       0.13965462,
+       0.14982239,
        "shapes_R/schizophrenia_groups.csv"}};
   return all;
 }
@@ -300,8 +309,8 @@ void read_columns(const std::filesystem::path& table, ModelData& data) {
   }
 }
 
-// geomorph's superimposition ends where it changes by less than about 1e-4, so that its sums of squares have six digits.
-// Both Z and p have Monte Carlo errors: three of the difference.
+// geomorph's superimposition ends where it changes by less than about 1e-4, so that its sums of squares have six
+// digits. Both Z and p have Monte Carlo errors: three of the difference.
 void expect_reference(const Reference& reference) {
   SCOPED_TRACE(reference.shapes + ": " + reference.formula);
   constexpr double kDigits = 1e-6;

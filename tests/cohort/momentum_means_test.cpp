@@ -130,8 +130,7 @@ TEST(PermutationTests, ArePUniformWhereNothingIsThere) {
     std::vector<std::string> groups;
     for (const double value : x) groups.emplace_back(value > 0 ? "a" : "b");
     if (std::set<std::string>(groups.begin(), groups.end()).size() < 2) continue;
-    of_groups.push_back(
-        test_of(null_atlas(), ModelFormula::of_column("x", true), groups, {99, draw}).terms[0].p_value);
+    of_groups.push_back(test_of(null_atlas(), ModelFormula::of_column("x", true), groups, {99, draw}).terms[0].p_value);
   }
   expect_uniform(of_regression);
   expect_uniform(of_groups);

@@ -94,8 +94,9 @@ TEST_F(AtlasProgram, ACovariateAndGroupsOfATableBelongToSpecimensByName) {
   const ProgramRun done =
       atlas("--no-picture --covariate leaves.csv:length --groups leaves.csv:kind --permutations 99");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out, AllOf(HasSubstr("regression  on length: R² "), HasSubstr("groups      R² "),
-                              HasSubstr("odd – even: distance ")));
+  EXPECT_THAT(done.out,
+              AllOf(HasSubstr("model       length: 8 specimens, 99 permutations"),
+                    HasSubstr("model       kind: 8 specimens"), HasSubstr("even – odd: Procrustes distance ")));
   const nlohmann::json json = record();
   EXPECT_EQ(json["specimens"][0]["length"], 0.5);
   EXPECT_EQ(json["specimens"][0]["group"], "odd");
@@ -137,6 +138,11 @@ TEST_F(AtlasProgram, WhatIsWrongIsToldInOneLineAndNothingIsWritten) {
            {"--align affine", "use similarity"},
            {"--noise p-sd:beta=1", "an atlas takes none or ch-sd:beta=B"},
            {"--at 3", "--at needs --covariate"},
+           {"--model length", "--model: there is no column 'length', and --data names no table; there are"},
+           {"--model length+width --data leaves.csv",
+            "there is no column 'width' in leaves.csv; there are specimen, kind"},
+           {"--model kind --groups leaves.csv:kind", "--model has all terms in its formula; leave out --groups"},
+           {"--data leaves.csv", "--data needs --model"},
            {"--lambda 0", "--lambda is 0; it must be greater than 0"}}) {
     const ProgramRun failed = atlas("--no-picture " + options);
     EXPECT_EQ(failed.exit_code, 2) << options;

@@ -96,9 +96,10 @@ TEST_F(CompareProgram, ComparesTheShapesOfAFileWithTheirMean) {
       "shapes.csv -o out --sigma 0.01 --noise none --noise ch-sd:beta=fit --folds 2 --importance 20 --json - --steps 5 "
       "--forward-samples 50");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(names_in("out"), ElementsAre("aligned.csv", "comparison.json", "comparison.png", "comparison.svg",
-                                           "landmarks.csv", "models.csv", "noise_map.png", "noise_map.svg",
-                                           "report.html", "shapes.csv", "source.csv", "specimens.csv", "spectrum.csv"));
+  EXPECT_THAT(names_in("out"),
+              ElementsAre("aligned.csv", "checks.csv", "comparison.json", "comparison.png", "comparison.svg",
+                          "landmarks.csv", "models.csv", "noise_map.png", "noise_map.svg", "report.html", "shapes.csv",
+                          "sigma.csv", "sigma.png", "sigma.svg", "source.csv", "specimens.csv", "spectrum.csv"));
   const nlohmann::json recorded = nlohmann::json::parse(done.out);
   EXPECT_EQ(recorded, read_json("out/comparison.json"));
   EXPECT_EQ(recorded["targets"].size(), 6U);

@@ -59,8 +59,8 @@ stopifnot(identical(called$anova$term, table$term), identical(called$anova$model
           identical(called$anova$p_value, table$p_value), called$pairs$first == "long, thin",
           unique(called$coefficients$coefficient) == c("log(size)", "formwide"))
 # Sums of squares are those of R's own least squares.
-plain_anova <- sapply(list(~ 1, ~ log(size), ~ log(size) + form), function(f)
-  sum(stats::lm.fit(stats::model.matrix(f), called$procrustes$scores)$residuals^2))
+plain_anova <- c(sum(called$procrustes$scores^2), sapply(list(~ log(size), ~ log(size) + form), function(f)
+  sum(stats::lm.fit(stats::model.matrix(f), called$procrustes$scores)$residuals^2)))
 stopifnot(all.equal(called$anova$procrustes_ss[1:2], -diff(plain_anova)))
 third <- utils::read.csv(at("atlas", "momenta.csv"))$specimen == "leaf_3"
 same(called$momenta[, "X", "leaf_3"], column(at("atlas", "momenta.csv"), "px")[third])

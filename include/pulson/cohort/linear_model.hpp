@@ -35,8 +35,8 @@ struct ModelVariable {
 };
 
 /// The right side of a formula in the notation of R (G. Wilkinson and C. Rogers 1973): `log(size) + species * site`.
-/// `a + b` both, `a:b` their interaction, `a * b` is a + b + a:b, `a / b` (b nested in a) is a + a:b, `(a + b)^2` all up
-/// to products of two, `- a:b` leaves it out. There is an intercept. Functions of numbers are log, log2, log10, exp,
+/// `a + b` both, `a:b` their interaction, `a * b` is a + b + a:b, `a / b` (b nested in a) is a + a:b, `(a + b)^2` all
+/// up to products of two, `- a:b` leaves it out. There is an intercept. Functions of numbers are log, log2, log10, exp,
 /// sqrt and I(…), which holds arithmetic; factor(a) takes the fields of a as labels. Other names are in backticks.
 struct ModelFormula {
   std::vector<ModelVariable> variables;
@@ -65,14 +65,14 @@ struct ModelDesign {
   };
   struct Term {
     std::string label;
-    int first = 0, df = 0;             ///< columns
-    std::vector<Group> groups{};       ///< of a term of factors alone
-    std::vector<int> group_of{};       ///< of each specimen
-    Eigen::MatrixXd group_weights{};   ///< g×n: least-squares means of the groups, of the model up to this term
+    int first = 0, df = 0;            ///< columns
+    std::vector<Group> groups{};      ///< of a term of factors alone
+    std::vector<int> group_of{};      ///< of each specimen
+    Eigen::MatrixXd group_weights{};  ///< g×n: least-squares means of the groups, of the model up to this term
   };
 
-  std::vector<int> specimens;  ///< that have all variables, of those of the data
-  Eigen::MatrixXd columns;     ///< n×k, of full rank, without the intercept
+  std::vector<int> specimens;      ///< that have all variables, of those of the data
+  Eigen::MatrixXd columns;         ///< n×k, of full rank, without the intercept
   std::vector<std::string> names;  ///< k, of the coefficients: `speciesTeyah`
   std::vector<Term> terms;
   Eigen::MatrixXd weights;           ///< k×n: the coefficients are weights·rows
@@ -113,16 +113,16 @@ struct ModelTest {
 inline constexpr int kMostPairGroups = 30;
 
 /// Analysis of variance of shapes by distances, with sums of squares of type I and randomised residuals of the model
-/// without the term and those behind it (RRPP; M. Collyer, D. Sekora and D. Adams 2015): what `procD.lm` of R's geomorph
-/// and, for pairs, `pairwise` of RRPP compute. F has the mean square of the residuals of the full model below. Pairs are
-/// of terms of factors alone with up to 30 groups: distances between least-squares means, covariates at their mean, of
-/// the model up to the term. It assumes that those residuals are exchangeable.
+/// without the term and those behind it (RRPP; M. Collyer, D. Sekora and D. Adams 2015): what `procD.lm` of R's
+/// geomorph and, for pairs, `pairwise` of RRPP compute. F has the mean square of the residuals of the full model below.
+/// Pairs are of terms of factors alone with up to 30 groups: distances between least-squares means, covariates at their
+/// mean, of the model up to the term. It assumes that those residuals are exchangeable.
 /// @param rows a row for each specimen of the data; squared distances between them are those of the shapes
 ModelTest test_model(const ModelDesign& design, const Eigen::MatrixXd& rows, const PermutationOptions& options = {});
 
 /// The first of positive values in standard deviations from the mean of all, after the Box–Cox transformation
-/// (y^λ − 1)/λ whose λ in (−2, 2) is the most likely one of the others (M. Collyer and D. Adams 2018); NaN where they do
-/// not vary.
+/// (y^λ − 1)/λ whose λ in (−2, 2) is the most likely one of the others (M. Collyer and D. Adams 2018); NaN where they
+/// do not vary.
 double effect_size(const Eigen::VectorXd& values);
 
 }  // namespace pulson::cohort

@@ -24,12 +24,12 @@ struct PredictiveCheck {
 
 /// Whether a fitted model could have drawn these shapes. Cohorts of as many shapes are drawn from it at its fitted
 /// numbers, miss the same landmarks, and are aligned as the data were, about their own mean where the data are. The
-/// numbers are fitted to the data themselves, so that p is conservative: of a true model larger than uniform (A. Gelman,
-/// X.-L. Meng and H. Stern 1996).
+/// numbers are fitted to the data themselves, so that p is conservative: of a true model larger than uniform (A.
+/// Gelman, X.-L. Meng and H. Stern 1996).
 struct PredictiveChecks {
   int cohorts = 0;
   std::vector<PredictiveCheck> variances;  ///< N: of a coordinate of each landmark about the source
-  int outside = 0;           ///< landmarks whose variance is outside the central 90 %
+  int outside = 0;                         ///< landmarks whose variance is outside the central 90 %
   /// Of all variances together: part of the cohorts, this one included, with as large a sum over landmarks of squared
   /// deviations of log variance from its mean over the cohorts drawn, in standard deviations.
   double variances_p = 1;
@@ -42,8 +42,8 @@ struct PredictiveChecks {
   std::vector<std::string> unexplained() const;
 };
 
-/// @param shapes of which `cohort` was made @param cohorts 199: p in steps of 1/100 @throws NumericalError where the model
-/// draws too few shapes
+/// @param shapes of which `cohort` was made @param cohorts 199: p in steps of 1/100 @throws NumericalError where the
+/// model draws too few shapes
 PredictiveChecks check_predictions(const CohortShapes& shapes, const Cohort& cohort, const CohortFit& fit,
                                    const CohortSettings& settings, int cohorts = 199);
 

@@ -56,8 +56,20 @@ class PathSampler {
   /// What it is, for people: `pair lanes`.
   virtual std::string name() const = 0;
 
-  /// Samples the paths `first_path` … + kPathBatch − 1; `sink` gets each record in order.
-  virtual LaneEnds sample(std::uint64_t first_path, const Sink& sink) const = 0;
+  /// Samples the paths `first_path` … + `lanes` − 1, at most kPathBatch; `sink` gets each record in order. What the
+  /// other lanes hold has no meaning.
+  virtual LaneEnds sample(std::uint64_t first_path, std::size_t lanes, const Sink& sink) const = 0;
+};
+
+/// A block as it was sampled.
+struct BlockRecords {
+  std::vector<LaneStates> records;
+  LaneEnds ends{};
+
+  LaneEnds replay(const PathSampler::Sink& sink) const {
+    for (std::size_t record = 0; record < records.size(); ++record) sink(record, records[record]);
+    return ends;
+  }
 };
 
 /// The fastest sampler that knows the system: vector lanes for the pair on a line and for additive noise, else one path

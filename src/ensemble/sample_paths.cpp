@@ -132,11 +132,14 @@ class ScalarSampler final : public PathSampler {
 
   std::string name() const override { return "one path at a time"; }
 
-  LaneEnds sample(std::uint64_t first_path, const Sink& sink) const override {
+  LaneEnds sample(std::uint64_t first_path, std::size_t lanes, const Sink& sink) const override {
     std::vector<LaneStates> records(plan_.records.size());
-    for (LaneStates& record : records) record.values.resize(kPathBatch, 2 * start_.q.size());
+    for (LaneStates& record : records) {
+      record.values.setZero(kPathBatch, 2 * start_.q.size());
+      record.running.fill(false);
+    }
     LaneEnds ends{};
-    for (std::size_t lane = 0; lane < kPathBatch; ++lane) {
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
       const std::uint64_t number = first_path + lane;
       Eigen::MatrixXd increments =
           brownian_increments(plan_.seed, plan_.antithetic ? number / 2 : number, channels_, plan_.grid);
@@ -166,10 +169,6 @@ class ScalarSampler final : public PathSampler {
       records[record].largest_momentum[lane] = largest;
       records[record].running[lane] = true;
       ++record;
-    }
-    for (; record < records.size(); ++record) {
-      records[record].values.row(row).setZero();
-      records[record].running[lane] = false;
     }
     ends.reached_end[lane] = last == plan_.grid.steps;
     ends.largest_momentum[lane] = largest;

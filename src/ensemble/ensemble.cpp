@@ -276,6 +276,16 @@ std::vector<int> spread_steps(const TimeGrid& grid, int most) {
   return steps;
 }
 
+namespace {
+
+// Where it is more than a fifth of all, and not too large.
+bool keeps_first_block(const EnsembleOptions& options, const PhaseState& start) {
+  const std::int64_t numbers = kBatch * 2 * start.q.size() * std::ssize(options.records);
+  return !options.histograms.empty() && options.samples < kOfPilots * kBatch && numbers <= kMostKept;
+}
+
+}  // namespace
+
 Ensemble::Ensemble(const StochasticSystem& system, const std::string& integrator, const PhaseState& start,
                    EnsembleOptions options)
     : start_(start), options_(std::move(options)) {
@@ -286,6 +296,7 @@ Ensemble::Ensemble(const StochasticSystem& system, const std::string& integrator
   sampler_ =
       make_path_sampler(system, integrator, start,
                         {options_.grid, options_.seed, options_.antithetic, options_.momentum_bound, options_.records});
+  if (keeps_first_block(options_, start)) sampler_ = keep_first_block(std::move(sampler_));
   sums_.moments.resize(options_.records.size());
   if (options_.antithetic) sums_.pair_moments.resize(options_.records.size());
 }
@@ -332,8 +343,7 @@ EnsembleSums Ensemble::sample(std::int64_t first, std::int64_t count) const {
     const auto lanes = static_cast<std::size_t>(std::min(kBatch, options_.samples - begin));
     BlockSums one(options_, start_, sums.histograms, lanes);
     const PathSampler::Sink take = [&](std::size_t record, const LaneStates& states) { one.take(record, states); };
-    one.finish(begin == 0 && first_block_ ? first_block_->replay(take)
-                                          : sampler_->sample(static_cast<std::uint64_t>(begin), lanes, take));
+    one.finish(sampler_->sample(static_cast<std::uint64_t>(begin), lanes, take));
     sums.tree.add({begin / kBatch, 0, one.sums().moments, one.sums().pair_moments});
     sums.add_counts(one.sums());
     for (std::size_t record = 0; record < sums.histograms.size(); ++record) one.add_to(sums.histograms[record], record);
@@ -361,8 +371,8 @@ const Ensemble::Histograms& Ensemble::empty_histograms() const {
   return histograms_;
 }
 
-// Those of the first block, which is sampled once more unless it is more than a fifth of all; where few of its paths
-// are clean, of more blocks.
+// Those of the first block, which is sampled once more unless the sampler keeps it; where few of its paths are clean, of
+// more blocks, up to a fifth of all.
 Ensemble::Histograms Ensemble::pilot_histograms() const {
   const auto coordinates = static_cast<std::size_t>(2 * start_.q.size());
   std::vector<std::vector<std::vector<double>>> values(options_.records.size());  // [record][coordinate]
@@ -372,14 +382,10 @@ Ensemble::Histograms Ensemble::pilot_histograms() const {
   const auto few = [](const auto& record) { return !record.empty() && record.front().size() < kEnoughForRanges; };
   if (options_.histograms.empty()) return Histograms(options_.records.size());
   const auto lanes = static_cast<std::size_t>(std::min(kBatch, options_.samples));
-  const auto numbers = static_cast<std::int64_t>(kPathBatch * coordinates * options_.records.size());
-  const bool keeps = options_.samples < kOfPilots * kBatch && numbers <= kMostKept;
   const std::int64_t most = std::clamp<std::int64_t>(options_.samples / kOfPilots / kBatch, 1, kMostPilots);
-  BlockRecords first_block;
   for (std::int64_t block = 0; block < most; ++block) {
-    first_block.ends = sampler_->sample(static_cast<std::uint64_t>(block * kBatch), lanes, [&](std::size_t record,
-                                                                                                const LaneStates& states) {
-      if (keeps) first_block.records.push_back(states);
+    sampler_->sample(static_cast<std::uint64_t>(block * kBatch), lanes, [&](std::size_t record,
+                                                                            const LaneStates& states) {
       for (std::size_t lane = 0; lane < lanes; ++lane)
         if (states.running[lane] && states.largest_momentum[lane] <= options_.momentum_bound &&
             states.values.row(static_cast<Eigen::Index>(lane)).allFinite())
@@ -388,7 +394,6 @@ Ensemble::Histograms Ensemble::pilot_histograms() const {
     });
     if (std::none_of(values.begin(), values.end(), few)) break;
   }
-  if (keeps) first_block_ = std::make_unique<const BlockRecords>(std::move(first_block));
   Histograms histograms(options_.records.size());
   for (std::size_t record = 0; record < values.size(); ++record)
     for (std::vector<double>& of_coordinate : values[record])

@@ -204,7 +204,6 @@ std::vector<int> spread_steps(const TimeGrid& grid, int most);
 
 class BlockSums;
 class PathSampler;
-struct BlockRecords;
 
 /// So many neighbouring paths are one block.
 inline constexpr std::int64_t kBlockPaths = 64;
@@ -253,7 +252,6 @@ class Ensemble {
   EnsembleSums sums_;
   mutable std::once_flag has_histograms_;
   mutable Histograms histograms_;  // empty bins of the ranges that all blocks have; made when they are needed
-  mutable std::unique_ptr<const BlockRecords> first_block_;  // where it was sampled for the ranges and kept
 };
 
 /// All that sample() makes, as bytes for the same build, and back: without `moments` and `pair_moments`, which the tree

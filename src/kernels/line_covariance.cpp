@@ -25,11 +25,10 @@ LineCovariance::LineCovariance(const KernelTerm& term, const VectorXd& x, const 
       gaps_(VectorXd::Zero(x.size())),
       variances_(x.size()),
       gains_(size_, x.size()) {
-  constexpr double kFurthest = 800;  // exp(−h) is 0
   for (Index i = 1; i < x.size(); ++i)
-    gaps_[i] = std::min(kFurthest, line_scale(term) * (x[order_[static_cast<std::size_t>(i)]] -
+    gaps_[i] = std::min(kFurthestOnLine, line_scale(term) * (x[order_[static_cast<std::size_t>(i)]] -
                                                        x[order_[static_cast<std::size_t>(i) - 1]]));
-  decays_ = (-gaps_.array()).exp();
+  decays_ = line_decays(gaps_);
   if (size_ == 1)
     filter<1>(term, x, noise);
   else if (size_ == 2)

@@ -120,10 +120,8 @@ void add_sweeps(const KernelTerm& term, const std::vector<double>& at, const Mat
   for (Index i = 0; i + 1 < count; ++i)
     gaps[i] = scale * (at[static_cast<std::size_t>(i) + 1] - at[static_cast<std::size_t>(i)]);
   if (count > 0) gaps[count - 1] = 0;
-  // Beyond it e^{−h} is 0, and its product with powers of h is none.
-  constexpr double kFurthest = 800;
-  gaps = gaps.cwiseMin(kFurthest);
-  decays = (-gaps.array()).exp();
+  gaps = gaps.cwiseMin(kFurthestOnLine);
+  decays = line_decays(gaps);
 
   using Column = typename Moments<Profile, R>::Weights;
   Moments<Profile, R> left, right;
@@ -173,6 +171,10 @@ int line_moments(KernelProfile profile) {
   if (profile == KernelProfile::kMatern32) return Matern32::kMoments;
   if (profile == KernelProfile::kMatern52) return Matern52::kMoments;
   throw std::logic_error("a gaussian has no sums along a line");
+}
+
+Eigen::MatrixXd line_decays(const MatrixXd& gaps) {
+  return (gaps.array() < kFurthestOnLine).select((-gaps.array()).exp(), 0);
 }
 
 double line_scale(const KernelTerm& term) { return std::sqrt(2.0 * line_moments(term.profile) - 1) / term.alpha; }

@@ -13,6 +13,10 @@ bool has_line_sums(const std::vector<KernelTerm>& terms);
 int line_moments(KernelProfile profile);
 double line_scale(const KernelTerm& term);
 
+/// exp(−h), and 0 from kFurthestOnLine on, where it is next to the smallest number.
+inline constexpr double kFurthestOnLine = 700;
+Eigen::MatrixXd line_decays(const Eigen::MatrixXd& gaps);
+
 /// Indices of x from left to right.
 std::vector<Eigen::Index> sorted_order(const Eigen::VectorXd& x);
 

@@ -23,8 +23,8 @@ NoiseCometric noise_cometric(const NoiseModel& noise, const Points& q);
 /// working precision: momenta p move their landmarks by εK(0)p T besides.
 double regularisation(const KernelOperator& kernel);
 
-/// Whether K + λ·noise is solved by sweeps along a line: K of one Matérn term, noise of each landmark alone, many
-/// landmarks.
+/// Whether K + λ·noise is solved by sweeps along a line: K a peakon or a Matérn 3/2, noise of each landmark alone,
+/// many landmarks.
 bool sweeps_along_line(const KernelOperator& kernel, const NoiseCometric& noise, const Points& q);
 
 /// The cometric A(q) = K(q) + λ Σ_i h_i,p h_i,pᵀ + εK(0) of H_tot = ½ p·A(q)p, and its Cholesky factors, or its

@@ -27,7 +27,6 @@ LineSystem::LineSystem(const KernelTerm& term, const MatrixXd& places, const Mat
 }
 
 void LineSystem::arrange(const KernelTerm& term, const MatrixXd& places) {
-  constexpr double kFurthest = 800;  // exp(−h) is 0
   order_ = sorted_order(places.rowwise().mean());
   for (Index k = 0; k < places.cols(); ++k) {
     VectorXd sorted = places.col(k)(order_);
@@ -37,9 +36,9 @@ void LineSystem::arrange(const KernelTerm& term, const MatrixXd& places) {
     }
     gaps_(k, 0) = 0;
     for (Index i = 1; i < sorted.size(); ++i)
-      gaps_(k, i) = std::min(kFurthest, line_scale(term) * (sorted[i] - sorted[i - 1]));
+      gaps_(k, i) = std::min(kFurthestOnLine, line_scale(term) * (sorted[i] - sorted[i - 1]));
   }
-  decays_ = (-gaps_.array()).exp();
+  decays_ = line_decays(gaps_);
 }
 
 namespace {

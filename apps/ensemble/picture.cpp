@@ -12,17 +12,15 @@ namespace pulson {
 namespace {
 
 constexpr Eigen::Index kMostLandmarks = 4;
-constexpr double kMostBars = 60;  // of a density
-constexpr std::int64_t kMostBlocks = 3;  // of paths shown, for the correlation of the axes
-constexpr std::int64_t kOfShown = 5;     // all paths over those that are sampled once more, at least
+constexpr double kMostBars = 60;                   // of a density
+constexpr std::int64_t kMostBlocks = 3;            // of paths shown, for the correlation of the axes
+constexpr std::int64_t kOfShown = 5;               // all paths over those that are sampled once more, at least
 constexpr std::int64_t kMostNumbers = 10'000'000;  // of the states of paths shown: 80 MB
 constexpr std::size_t kMostFan = 30;
 constexpr std::size_t kFanLines = 1500;
 
 // The paths of so small an ensemble are kept.
-bool is_small(const ensemble::EnsembleOptions& options) {
-  return options.samples < kOfShown * ensemble::kBlockPaths;
-}
+bool is_small(const ensemble::EnsembleOptions& options) { return options.samples < kOfShown * ensemble::kBlockPaths; }
 
 std::string title(const records::EnsembleRun& run, const std::string& rest) {
   return fmt::format("{} sample paths of {} landmark{}{}{}", run.sums.samples, run.shape.count(),
@@ -142,8 +140,7 @@ class ShownPaths {
 };
 
 /// Standard deviations are those of all paths, correlations those of the given ones.
-std::vector<Eigen::MatrixXd> covariances(const records::EnsembleRun& run,
-                                         const ShownPaths& paths) {
+std::vector<Eigen::MatrixXd> covariances(const records::EnsembleRun& run, const ShownPaths& paths) {
   const Eigen::Index d = run.start.q.rows();
   const Eigen::ArrayXd deviation = run.sums.moments.back().variance().sqrt();
   std::vector<Eigen::MatrixXd> result;

@@ -48,8 +48,7 @@ std::optional<html::ReportMotion> motion_of(const records::EnsembleRun& run, con
       shown_paths(shape.paths.size(), numbers * static_cast<std::int64_t>(shown.size()), kMostShownPaths);
   for (std::size_t m = 0; m < others; ++m) {
     std::vector<Points> frames;
-    for (const int record : shown)
-      frames.push_back(shape.paths[m][records[static_cast<std::size_t>(record)]]);
+    for (const int record : shown) frames.push_back(shape.paths[m][records[static_cast<std::size_t>(record)]]);
     if (can_be_drawn(frames)) motion.others.push_back(std::move(frames));
   }
   motion.others_name = counted(motion.others.size(), "sample path");

@@ -181,9 +181,9 @@ void BlockSums::add_to(std::vector<Histogram>& histograms, std::size_t record) c
 namespace {
 
 constexpr std::size_t kBins = 512;
-constexpr std::size_t kEnoughForRanges = 32;  // samples
-constexpr std::int64_t kMostPilots = 64;      // blocks sampled for the ranges of histograms
-constexpr std::int64_t kOfPilots = 5;         // all paths over those sampled for the ranges alone
+constexpr std::size_t kEnoughForRanges = 32;   // samples
+constexpr std::int64_t kMostPilots = 64;       // blocks sampled for the ranges of histograms
+constexpr std::int64_t kOfPilots = 5;          // all paths over those sampled for the ranges alone
 constexpr std::int64_t kMostKept = 8'000'000;  // numbers of a pilot that is used again: 64 MB
 constexpr std::int64_t kBatch = kBlockPaths;
 static_assert(kBlockPaths == kPathBatch);
@@ -371,8 +371,8 @@ const Ensemble::Histograms& Ensemble::empty_histograms() const {
   return histograms_;
 }
 
-// Those of the first block, which is sampled once more unless the sampler keeps it; where few of its paths are clean, of
-// more blocks, up to a fifth of all.
+// Those of the first block, which is sampled once more unless the sampler keeps it; where few of its paths are clean,
+// of more blocks, up to a fifth of all.
 Ensemble::Histograms Ensemble::pilot_histograms() const {
   const auto coordinates = static_cast<std::size_t>(2 * start_.q.size());
   std::vector<std::vector<std::vector<double>>> values(options_.records.size());  // [record][coordinate]
@@ -384,14 +384,15 @@ Ensemble::Histograms Ensemble::pilot_histograms() const {
   const auto lanes = static_cast<std::size_t>(std::min(kBatch, options_.samples));
   const std::int64_t most = std::clamp<std::int64_t>(options_.samples / kOfPilots / kBatch, 1, kMostPilots);
   for (std::int64_t block = 0; block < most; ++block) {
-    sampler_->sample(static_cast<std::uint64_t>(block * kBatch), lanes, [&](std::size_t record,
-                                                                            const LaneStates& states) {
-      for (std::size_t lane = 0; lane < lanes; ++lane)
-        if (states.running[lane] && states.largest_momentum[lane] <= options_.momentum_bound &&
-            states.values.row(static_cast<Eigen::Index>(lane)).allFinite())
-          for (std::size_t c = 0; c < values[record].size(); ++c)
-            values[record][c].push_back(states.values(static_cast<Eigen::Index>(lane), static_cast<Eigen::Index>(c)));
-    });
+    sampler_->sample(static_cast<std::uint64_t>(block * kBatch), lanes,
+                     [&](std::size_t record, const LaneStates& states) {
+                       for (std::size_t lane = 0; lane < lanes; ++lane)
+                         if (states.running[lane] && states.largest_momentum[lane] <= options_.momentum_bound &&
+                             states.values.row(static_cast<Eigen::Index>(lane)).allFinite())
+                           for (std::size_t c = 0; c < values[record].size(); ++c)
+                             values[record][c].push_back(
+                                 states.values(static_cast<Eigen::Index>(lane), static_cast<Eigen::Index>(c)));
+                     });
     if (std::none_of(values.begin(), values.end(), few)) break;
   }
   Histograms histograms(options_.records.size());

@@ -125,8 +125,7 @@ int coarsest_cell(const ImageWarp& warp) {
   if (!(std::isfinite(in_source) && std::isfinite(in_target))) return kDefault;  // of a single landmark
   double width = kLargest;
   for (const KernelTerm& term : flow.system().kernel.terms())
-    width = term.profile == KernelProfile::kPeakon ? 0
-                                                   : std::min(width, term.alpha * std::min(in_source, in_target));
+    width = term.profile == KernelProfile::kPeakon ? 0 : std::min(width, term.alpha * std::min(in_source, in_target));
   return width > kDefault ? static_cast<int>(width) : kDefault;
 }
 
@@ -135,9 +134,9 @@ WarpedImage pull(std::span<const Image* const> pages, const ImageWarp& warp, con
     return options.inverse ? warp.forward(pixels) : warp.backward(pixels);
   };
   PulledRows rows(pages, warp, options);
-  sample_map_by_rows(map, {options.width, options.height, 0}, options.tolerance, true,
-                     [&](int first_row, warp::SampledMap&& band) { rows.add(first_row, std::move(band)); },
-                     coarsest_cell(warp));
+  sample_map_by_rows(
+      map, {options.width, options.height, 0}, options.tolerance, true,
+      [&](int first_row, warp::SampledMap&& band) { rows.add(first_row, std::move(band)); }, coarsest_cell(warp));
   return std::move(rows).result();
 }
 
@@ -268,7 +267,8 @@ std::vector<float> displacements_on_image(const Image& image, const ImageWarp& w
   const warp::PlaneMap map = [&](const Points& pixels) {
     return options.inverse ? warp.backward(pixels) : warp.forward(pixels);
   };
-  const warp::SampledMap sampled = sample_map(map, {image.width(), image.height(), 0}, options.tolerance, false, coarsest_cell(warp));
+  const warp::SampledMap sampled =
+      sample_map(map, {image.width(), image.height(), 0}, options.tolerance, false, coarsest_cell(warp));
   std::vector<float> lengths(sampled.places.size());
   parallel_for(image.height(), [&](int y) {
     Points here(2, image.width()), there(2, image.width());

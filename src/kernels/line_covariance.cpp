@@ -27,7 +27,7 @@ LineCovariance::LineCovariance(const KernelTerm& term, const VectorXd& x, const 
       gains_(size_, x.size()) {
   for (Index i = 1; i < x.size(); ++i)
     gaps_[i] = std::min(kFurthestOnLine, line_scale(term) * (x[order_[static_cast<std::size_t>(i)]] -
-                                                       x[order_[static_cast<std::size_t>(i) - 1]]));
+                                                             x[order_[static_cast<std::size_t>(i) - 1]]));
   decays_ = line_decays(gaps_);
   if (size_ == 1)
     filter<1>(term, x, noise);

@@ -10,10 +10,10 @@ namespace pulson {
 /// diagonal: its solutions and its determinant in O(N) beyond sorting.
 ///
 /// A process with the covariance K is the first component of a state (f, f', …)/(c/α)^k of 1, 2 or 3 numbers that obeys
-/// a linear differential equation driven by white noise (Hartikainen and Särkkä 2010). The Kalman filter over the sorted
-/// places gives K + R = L D Lᵀ: the innovations of v are L⁻¹v, their variances D; its adjoint, from right to left,
-/// gives L⁻ᵀ. The variance of the driving noise between two places is an integral of positive terms, exact however near
-/// they are.
+/// a linear differential equation driven by white noise (Hartikainen and Särkkä 2010). The Kalman filter over the
+/// sorted places gives K + R = L D Lᵀ: the innovations of v are L⁻¹v, their variances D; its adjoint, from right to
+/// left, gives L⁻ᵀ. The variance of the driving noise between two places is an integral of positive terms, exact
+/// however near they are.
 class LineCovariance {
  public:
   /// @param term not gaussian @param x finite @param noise the diagonal of R, N numbers, none below 0

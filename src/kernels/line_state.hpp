@@ -29,7 +29,7 @@ template <>
 inline LineMatrix<3> line_propagator<3>(double h, double decay) {
   const double half = h * h / 2;
   return decay * (LineMatrix<3>() << 1 + h + half, h + h * h, half,  //
-                  -half, 1 + h - h * h, h - half,                //
+                  -half, 1 + h - h * h, h - half,                    //
                   half - h, h * h - 3 * h, 1 - 2 * h + half)
                      .finished();
 }

@@ -31,8 +31,8 @@ struct LineSums {
 ///
 ///     s_k ← e^{−h} Σ_{l≤k} binom(k, l) h^{k−l} s_l,      s_k = Σ_{y_j < x} w_j t_j^k e^{−t_j},   k = 0 … deg P
 ///
-/// and likewise from the right. All factors are positive and at most 1, so that nothing cancels. Sources at one place are
-/// added up first.
+/// and likewise from the right. All factors are positive and at most 1, so that nothing cancels. Sources at one place
+/// are added up first.
 /// @param terms of has_line_sums() @param x, y finite @param weights N×R, R = 1, 2 or 3
 LineSums line_sums(const std::vector<KernelTerm>& terms, const Eigen::VectorXd& x, const Eigen::VectorXd& y,
                    const Eigen::MatrixXd& weights);

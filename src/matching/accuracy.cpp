@@ -43,7 +43,8 @@ Trajectory of_carriers(const Trajectory& path) {
   for (Eigen::Index a = 0; a < path.initial().p.cols(); ++a)
     if (!path.initial().p.col(a).isZero(0)) carriers.push_back(a);
   Trajectory part = path;
-  for (PhaseState& state : part.states) state = {state.q(Eigen::all, carriers).eval(), state.p(Eigen::all, carriers).eval()};
+  for (PhaseState& state : part.states)
+    state = {state.q(Eigen::all, carriers).eval(), state.p(Eigen::all, carriers).eval()};
   for (Points& momenta : part.stage_momenta) momenta = momenta(Eigen::all, carriers).eval();
   return part;
 }

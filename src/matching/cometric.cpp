@@ -54,7 +54,8 @@ Eigen::SparseMatrix<double> of_one_axis(const Eigen::SparseMatrix<double>& m, In
 }  // namespace
 
 bool sweeps_along_line(const KernelOperator& kernel, const NoiseCometric& noise, const Points& q) {
-  return q.rows() == 1 && q.cols() >= kFewestOnLine && is_swept(kernel.terms()) && is_diagonal(noise.matrix) && q.allFinite();
+  return q.rows() == 1 && q.cols() >= kFewestOnLine && is_swept(kernel.terms()) && is_diagonal(noise.matrix) &&
+         q.allFinite();
 }
 
 double regularisation(const KernelOperator& kernel) { return kRegularisation * kernel.at_zero(); }

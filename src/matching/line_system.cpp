@@ -68,8 +68,7 @@ void LineSystem::filter(double weight, const MatrixXd& weights, const VectorXd& 
   VectorXd covariance(size);  // of the state and what is observed
   for (Index i = 0; i < gaps_.cols(); ++i) {
     if (i > 0) {
-      for (Index k = 0; k < steps; ++k)
-        f[static_cast<std::size_t>(k)] = line_propagator<S>(gaps_(k, i), decays_(k, i));
+      for (Index k = 0; k < steps; ++k) f[static_cast<std::size_t>(k)] = line_propagator<S>(gaps_(k, i), decays_(k, i));
       multiply<S>(p, f, product);
       p = product.transpose();
       multiply<S>(p, f, product);

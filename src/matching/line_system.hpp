@@ -6,8 +6,8 @@
 
 namespace pulson::matching {
 
-/// R + Σ_k W_k K(x_k) W_k of N landmarks on a line that are at places x_k in step k, k = 1 … n, W_k and R diagonal, K of
-/// one Matérn term: solved in O(N (n m)²), m the moments of the term.
+/// R + Σ_k W_k K(x_k) W_k of N landmarks on a line that are at places x_k in step k, k = 1 … n, W_k and R diagonal, K
+/// of one Matérn term: solved in O(N (n m)²), m the moments of the term.
 ///
 /// The fields of all steps together are one process along the line, of n·m numbers (see LineCovariance), which a
 /// landmark observes as their sum: a Kalman filter over the landmarks, from left to right, factorises the matrix

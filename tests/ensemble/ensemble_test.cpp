@@ -102,7 +102,8 @@ int paths_sampled(const std::string& noise, std::size_t lanes) {
 
 TEST(PathSamplers, SampleNoPathsThatAreNotAskedFor) {
   for (const char* const noise : {"ch-sd:beta=0.1", "ch-sd-screened:beta=0.1,gamma=1"})
-    for (const int lanes : {1, 17, 64}) EXPECT_EQ(paths_sampled(noise, static_cast<std::size_t>(lanes)), lanes) << noise;
+    for (const int lanes : {1, 17, 64})
+      EXPECT_EQ(paths_sampled(noise, static_cast<std::size_t>(lanes)), lanes) << noise;
 }
 
 // The first block of few paths is sampled once, for the ranges of histograms and for the sums.

@@ -1,9 +1,10 @@
 // Sums and solutions along a line against loops over all pairs and dense matrices.
 
+#include "line_sums.hpp"
+
 #include <Eigen/Cholesky>
 
 #include "line_covariance.hpp"
-#include "line_sums.hpp"
 #include "pair_loops.hpp"
 
 namespace pulson {
@@ -62,7 +63,8 @@ class LineCovarianceOf : public testing::TestWithParam<std::string> {
   void expect_dense(double smallest_noise, double accuracy) const {
     const Points q = places(kCount, 5);
     const KernelOperator kernel = make_kernel(GetParam() + ":alpha=1.3,weight=0.7");
-    const VectorXd noise = smallest_noise * (VectorXd::Ones(kCount) + random_points(1, kCount, 6).cwiseAbs().transpose());
+    const VectorXd noise =
+        smallest_noise * (VectorXd::Ones(kCount) + random_points(1, kCount, 6).cwiseAbs().transpose());
     MatrixXd dense = kernel.gram(q, q);
     dense.diagonal() += noise;
     const Eigen::LLT<MatrixXd> factors(dense);

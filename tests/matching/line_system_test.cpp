@@ -100,7 +100,8 @@ TEST(CometricAlongLine, IsThatOfTheDenseMatrix) {
 TEST(RegistrationAlongLine, IsThatOfDenseMatrices) {
   Landmarks source, target;
   source.points.resize(1, kCount);
-  for (Index a = 0; a < kCount; ++a) source.points(a) = static_cast<double>(a) + 0.3 * std::sin(3.0 * static_cast<double>(a));
+  for (Index a = 0; a < kCount; ++a)
+    source.points(a) = static_cast<double>(a) + 0.3 * std::sin(3.0 * static_cast<double>(a));
   target.points = source.points + 2 * (source.points.array() / 10).sin().matrix();
   std::swap(target.points(20), target.points(22));
   RegistrationOptions options;

@@ -7,6 +7,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/paths.hpp"
+#include "picture.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/records/records.hpp"
 #include "results.hpp"
@@ -102,6 +103,7 @@ ensemble::EnsembleOptions ensemble_options(const EnsembleArguments& arguments, c
     options.keep = ensemble::KeepStates::kAll;
   else if (!arguments.results.save_final.empty())
     options.keep = ensemble::KeepStates::kFinal;
+  if (keeps_for_picture(options, start.state)) options.keep = ensemble::KeepStates::kAll;
   if (const std::int64_t numbers = options.kept_numbers(start.state) * options.samples; numbers > kMostKept)
     throw InputError(
         fmt::format("the states to keep are {} numbers, and the limit is {}: use fewer --records or --samples", numbers,

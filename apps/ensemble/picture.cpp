@@ -12,10 +12,15 @@ namespace pulson {
 namespace {
 
 constexpr Eigen::Index kMostLandmarks = 4;
-constexpr double kMostBars = 60;  // of a density
-constexpr int kMostPaths = 200;   // drawn again, for the correlation of the axes
+constexpr double kMostBars = 60;                   // of a density
+constexpr std::int64_t kMostBlocks = 3;            // of paths shown, for the correlation of the axes
+constexpr std::int64_t kOfShown = 5;               // all paths over those that are sampled once more, at least
+constexpr std::int64_t kMostNumbers = 10'000'000;  // of the states of paths shown: 80 MB
 constexpr std::size_t kMostFan = 30;
 constexpr std::size_t kFanLines = 1500;
+
+// The paths of so small an ensemble are kept.
+bool is_small(const ensemble::EnsembleOptions& options) { return options.samples < kOfShown * ensemble::kBlockPaths; }
 
 std::string title(const records::EnsembleRun& run, const std::string& rest) {
   return fmt::format("{} sample paths of {} landmark{}{}{}", run.sums.samples, run.shape.count(),
@@ -85,29 +90,64 @@ charts::Chart chart_on_line(const records::EnsembleRun& run) {
   return chart;
 }
 
-/// The first paths of the ensemble again: those that are clean.
-std::vector<ensemble::SamplePath> first_paths(const records::EnsembleRun& run) {
-  const auto count = static_cast<int>(std::min<std::int64_t>(run.sums.samples, kMostPaths));
-  std::vector<ensemble::SamplePath> paths =
-      ensemble::sample_paths(run.system, *make_integrator(run.integrator), run.start,
-                             {.grid = run.options.grid,
-                              .seed = run.options.seed,
-                              .samples = count,
-                              .momentum_bound = run.options.momentum_bound});
-  std::erase_if(paths, [](const ensemble::SamplePath& path) { return path.status != ensemble::PathStatus::kClean; });
-  return paths;
+/// How many of the first paths are shown, and correlate the axes: in large ensembles so many blocks as are at most a
+/// fifth of all.
+std::int64_t paths_shown(const ensemble::EnsembleOptions& options, std::int64_t samples) {
+  const std::int64_t blocks = is_small(options) ? kMostBlocks : samples / kOfShown / ensemble::kBlockPaths;
+  const std::int64_t count = std::clamp<std::int64_t>(blocks, 1, kMostBlocks) * ensemble::kBlockPaths;
+  return std::min(samples, count);
 }
 
+/// The first paths of the ensemble at its records, of those that are clean: kept, or sampled again by the same lanes.
+class ShownPaths {
+ public:
+  explicit ShownPaths(const records::EnsembleRun& run) : run_(run), options_(run.options) {
+    const std::int64_t numbers = 2 * run.start.q.size() * std::ssize(run.options.records);
+    count_ = std::min(paths_shown(run.options, run.sums.samples), std::max<std::int64_t>(2, kMostNumbers / numbers));
+    if (run.options.keep != ensemble::KeepStates::kAll) sample();
+    const std::vector<double>& states = all();
+    for (std::int64_t m = 0; m < count_; ++m)
+      if (std::isfinite(states[static_cast<std::size_t>((m + 1) * numbers - 1)])) clean_.push_back(m);
+  }
+
+  std::size_t clean() const { return clean_.size(); }
+
+  /// q of clean path m.
+  Eigen::Map<const Points> positions(std::size_t m, std::size_t record) const {
+    const auto records = static_cast<std::int64_t>(run_.options.records.size());
+    const std::int64_t state = clean_[m] * records + static_cast<std::int64_t>(record);
+    return {all().data() + state * 2 * run_.start.q.size(), run_.start.q.rows(), run_.start.q.cols()};
+  }
+
+ private:
+  const std::vector<double>& all() const { return again_.empty() ? run_.sums.states : again_; }
+
+  void sample() {
+    options_.samples = options_.antithetic ? count_ + count_ % 2 : count_;
+    options_.shard = {};
+    options_.histograms.clear();
+    options_.keep = ensemble::KeepStates::kAll;
+    ensemble::Ensemble again(run_.system, run_.integrator, run_.start, options_);
+    again.advance(static_cast<int>(again.blocks()));
+    again_ = again.sums().states;
+  }
+
+  const records::EnsembleRun& run_;
+  ensemble::EnsembleOptions options_;
+  std::int64_t count_ = 0;
+  std::vector<double> again_;
+  std::vector<std::int64_t> clean_;
+};
+
 /// Standard deviations are those of all paths, correlations those of the given ones.
-std::vector<Eigen::MatrixXd> covariances(const records::EnsembleRun& run,
-                                         const std::vector<ensemble::SamplePath>& paths) {
+std::vector<Eigen::MatrixXd> covariances(const records::EnsembleRun& run, const ShownPaths& paths) {
   const Eigen::Index d = run.start.q.rows();
   const Eigen::ArrayXd deviation = run.sums.moments.back().variance().sqrt();
   std::vector<Eigen::MatrixXd> result;
   for (Eigen::Index a = 0; a < run.start.q.cols(); ++a) {
-    Points ends(d, static_cast<Eigen::Index>(paths.size()));
-    for (std::size_t m = 0; m < paths.size(); ++m)
-      ends.col(static_cast<Eigen::Index>(m)) = paths[m].path.final().q.col(a);
+    Points ends(d, static_cast<Eigen::Index>(paths.clean()));
+    for (std::size_t m = 0; m < paths.clean(); ++m)
+      ends.col(static_cast<Eigen::Index>(m)) = paths.positions(m, run.options.records.size() - 1).col(a);
     if (ends.cols() > 0) ends.colwise() -= ends.rowwise().mean().eval();
     const Eigen::VectorXd norms = ends.rowwise().norm();
     Eigen::MatrixXd covariance = Eigen::MatrixXd(deviation.segment(a * d, d).square().matrix().asDiagonal());
@@ -123,6 +163,12 @@ std::vector<Eigen::MatrixXd> covariances(const records::EnsembleRun& run,
 
 }  // namespace
 
+bool keeps_for_picture(const ensemble::EnsembleOptions& options, const PhaseState& start) {
+  const std::int64_t records = std::ssize(options.records);
+  return options.shard.count == 1 && is_small(options) &&
+         2 * start.q.size() * records * options.samples <= kMostNumbers;
+}
+
 draw::EnsemblePicture make_ensemble_picture(const records::EnsembleRun& run) {
   draw::EnsemblePicture picture;
   picture.start = run.shape;
@@ -132,13 +178,14 @@ draw::EnsemblePicture make_ensemble_picture(const records::EnsembleRun& run) {
     picture.times.push_back(run.options.grid.at(run.options.records[record]));
     picture.mean.emplace_back(Points::Map(moments.mean.data(), run.start.q.rows(), run.start.q.cols()));
   }
-  const std::vector<ensemble::SamplePath> paths = first_paths(run);
+  const ShownPaths paths(run);
   picture.covariances = covariances(run, paths);
   const std::size_t drawn =
       std::clamp<std::size_t>(kFanLines / static_cast<std::size_t>(run.shape.count()), 1, kMostFan);
-  for (std::size_t m = 0; m < std::min(drawn, paths.size()); ++m) {
+  for (std::size_t m = 0; m < std::min(drawn, paths.clean()); ++m) {
     std::vector<Points>& positions = picture.paths.emplace_back();
-    for (const PhaseState& state : paths[m].path.states) positions.push_back(state.q);
+    for (std::size_t record = 0; record < run.options.records.size(); ++record)
+      positions.emplace_back(paths.positions(m, record));
   }
   picture.title = title(run, "");
   picture.subtitle = subtitle(run);

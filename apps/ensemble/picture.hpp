@@ -13,8 +13,12 @@ namespace pulson {
 void write_ensemble_picture(const records::EnsembleRun& run, const draw::EnsemblePicture& shape,
                             const draw::PictureFiles& files);
 
-/// The mean shape of an ensemble in any dimension, the covariances at its end and some of its paths, which are computed
-/// again.
+/// Whether an ensemble is so small that its paths are kept for the picture: to sample some of them again would cost
+/// more than a fifth of it.
+bool keeps_for_picture(const ensemble::EnsembleOptions& options, const PhaseState& start);
+
+/// The mean shape of an ensemble in any dimension, the covariances at its end and some of its paths: those kept, or at
+/// most a fifth of all sampled again.
 draw::EnsemblePicture make_ensemble_picture(const records::EnsembleRun& run);
 
 }  // namespace pulson

@@ -25,19 +25,19 @@ std::string lead(const records::EnsembleRun& run) {
   return text;
 }
 
-// The steps of the records that have a mean, which are those of the picture's times.
-std::vector<int> recorded_steps(const records::EnsembleRun& run) {
-  std::vector<int> steps;
+// The records that have a mean, which are those of the picture's times.
+std::vector<std::size_t> records_with_mean(const records::EnsembleRun& run) {
+  std::vector<std::size_t> records;
   for (std::size_t record = 0; record < run.options.records.size(); ++record)
-    if (run.sums.moments[record].count > 1) steps.push_back(run.options.records[record]);
-  return steps;
+    if (run.sums.moments[record].count > 1) records.push_back(record);
+  return records;
 }
 
 std::optional<html::ReportMotion> motion_of(const records::EnsembleRun& run, const draw::EnsemblePicture& shape) {
   if (shape.mean.size() < 2) return std::nullopt;
   const std::int64_t numbers = run.start.q.size();
-  const std::vector<int> steps = recorded_steps(run);
-  const std::vector<int> shown = shown_frames(static_cast<int>(steps.size()) - 1, numbers);
+  const std::vector<std::size_t> records = records_with_mean(run);
+  const std::vector<int> shown = shown_frames(static_cast<int>(records.size()) - 1, numbers);
   html::ReportMotion motion;
   motion.source = run.shape;
   for (const int record : shown) {
@@ -48,8 +48,7 @@ std::optional<html::ReportMotion> motion_of(const records::EnsembleRun& run, con
       shown_paths(shape.paths.size(), numbers * static_cast<std::int64_t>(shown.size()), kMostShownPaths);
   for (std::size_t m = 0; m < others; ++m) {
     std::vector<Points> frames;
-    for (const int record : shown)
-      frames.push_back(shape.paths[m][static_cast<std::size_t>(steps[static_cast<std::size_t>(record)])]);
+    for (const int record : shown) frames.push_back(shape.paths[m][records[static_cast<std::size_t>(record)]]);
     if (can_be_drawn(frames)) motion.others.push_back(std::move(frames));
   }
   motion.others_name = counted(motion.others.size(), "sample path");

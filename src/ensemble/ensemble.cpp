@@ -181,8 +181,10 @@ void BlockSums::add_to(std::vector<Histogram>& histograms, std::size_t record) c
 namespace {
 
 constexpr std::size_t kBins = 512;
-constexpr std::size_t kEnoughForRanges = 32;  // samples
-constexpr std::int64_t kMostPilots = 64;      // blocks sampled for the ranges of histograms
+constexpr std::size_t kEnoughForRanges = 32;   // samples
+constexpr std::int64_t kMostPilots = 64;       // blocks sampled for the ranges of histograms
+constexpr std::int64_t kOfPilots = 5;          // all paths over those sampled for the ranges alone
+constexpr std::int64_t kMostKept = 8'000'000;  // numbers of a pilot that is used again: 64 MB
 constexpr std::int64_t kBatch = kBlockPaths;
 static_assert(kBlockPaths == kPathBatch);
 
@@ -274,6 +276,16 @@ std::vector<int> spread_steps(const TimeGrid& grid, int most) {
   return steps;
 }
 
+namespace {
+
+// Where it is more than a fifth of all, and not too large.
+bool keeps_first_block(const EnsembleOptions& options, const PhaseState& start) {
+  const std::int64_t numbers = kBatch * 2 * start.q.size() * std::ssize(options.records);
+  return !options.histograms.empty() && options.samples < kOfPilots * kBatch && numbers <= kMostKept;
+}
+
+}  // namespace
+
 Ensemble::Ensemble(const StochasticSystem& system, const std::string& integrator, const PhaseState& start,
                    EnsembleOptions options)
     : start_(start), options_(std::move(options)) {
@@ -284,6 +296,7 @@ Ensemble::Ensemble(const StochasticSystem& system, const std::string& integrator
   sampler_ =
       make_path_sampler(system, integrator, start,
                         {options_.grid, options_.seed, options_.antithetic, options_.momentum_bound, options_.records});
+  if (keeps_first_block(options_, start)) sampler_ = keep_first_block(std::move(sampler_));
   sums_.moments.resize(options_.records.size());
   if (options_.antithetic) sums_.pair_moments.resize(options_.records.size());
 }
@@ -329,10 +342,8 @@ EnsembleSums Ensemble::sample(std::int64_t first, std::int64_t count) const {
     const std::int64_t begin = options_.first_path() + block * kBatch;
     const auto lanes = static_cast<std::size_t>(std::min(kBatch, options_.samples - begin));
     BlockSums one(options_, start_, sums.histograms, lanes);
-    const LaneEnds ends =
-        sampler_->sample(static_cast<std::uint64_t>(begin),
-                         [&](std::size_t record, const LaneStates& states) { one.take(record, states); });
-    one.finish(ends);
+    const PathSampler::Sink take = [&](std::size_t record, const LaneStates& states) { one.take(record, states); };
+    one.finish(sampler_->sample(static_cast<std::uint64_t>(begin), lanes, take));
     sums.tree.add({begin / kBatch, 0, one.sums().moments, one.sums().pair_moments});
     sums.add_counts(one.sums());
     for (std::size_t record = 0; record < sums.histograms.size(); ++record) one.add_to(sums.histograms[record], record);
@@ -360,7 +371,8 @@ const Ensemble::Histograms& Ensemble::empty_histograms() const {
   return histograms_;
 }
 
-// The first block is sampled once more, for the ranges alone; where few of its paths are clean, more of them.
+// Those of the first block, which is sampled once more unless the sampler keeps it; where few of its paths are clean,
+// of more blocks, up to a fifth of all.
 Ensemble::Histograms Ensemble::pilot_histograms() const {
   const auto coordinates = static_cast<std::size_t>(2 * start_.q.size());
   std::vector<std::vector<std::vector<double>>> values(options_.records.size());  // [record][coordinate]
@@ -368,14 +380,19 @@ Ensemble::Histograms Ensemble::pilot_histograms() const {
     if (std::binary_search(options_.histograms.begin(), options_.histograms.end(), options_.records[record]))
       values[record].resize(coordinates);
   const auto few = [](const auto& record) { return !record.empty() && record.front().size() < kEnoughForRanges; };
-  for (std::int64_t block = 0; block < kMostPilots && block * kBatch < options_.samples; ++block) {
-    sampler_->sample(static_cast<std::uint64_t>(block * kBatch), [&](std::size_t record, const LaneStates& states) {
-      for (std::size_t lane = 0; lane < kPathBatch; ++lane)
-        if (states.running[lane] && states.largest_momentum[lane] <= options_.momentum_bound &&
-            states.values.row(static_cast<Eigen::Index>(lane)).allFinite())
-          for (std::size_t c = 0; c < values[record].size(); ++c)
-            values[record][c].push_back(states.values(static_cast<Eigen::Index>(lane), static_cast<Eigen::Index>(c)));
-    });
+  if (options_.histograms.empty()) return Histograms(options_.records.size());
+  const auto lanes = static_cast<std::size_t>(std::min(kBatch, options_.samples));
+  const std::int64_t most = std::clamp<std::int64_t>(options_.samples / kOfPilots / kBatch, 1, kMostPilots);
+  for (std::int64_t block = 0; block < most; ++block) {
+    sampler_->sample(static_cast<std::uint64_t>(block * kBatch), lanes,
+                     [&](std::size_t record, const LaneStates& states) {
+                       for (std::size_t lane = 0; lane < lanes; ++lane)
+                         if (states.running[lane] && states.largest_momentum[lane] <= options_.momentum_bound &&
+                             states.values.row(static_cast<Eigen::Index>(lane)).allFinite())
+                           for (std::size_t c = 0; c < values[record].size(); ++c)
+                             values[record][c].push_back(
+                                 states.values(static_cast<Eigen::Index>(lane), static_cast<Eigen::Index>(c)));
+                     });
     if (std::none_of(values.begin(), values.end(), few)) break;
   }
   Histograms histograms(options_.records.size());

@@ -135,6 +135,13 @@ class LaneState : public LaneStorage {
       idle_[lane] = batch.status[first_lane + lane] == LaneStatus::kRunning ? 0 : 1;
   }
 
+  // Whether none of the paths runs.
+  HWY_INLINE bool IsIdle() const {
+    for (std::size_t lane = 0; lane < Lanes(); ++lane)
+      if (idle_[lane] == 0) return false;
+    return true;
+  }
+
   // Back to the batch.
   HWY_NOINLINE void Save() {
     for (std::size_t i = 0; i < coordinates_; ++i) {

@@ -205,6 +205,7 @@ template <int d, class Kernel>
 void AdvanceWith(const LandmarkModel& model, LandmarkBatch& batch, std::uint32_t first, std::uint32_t last) {
   for (std::size_t lane = 0; lane < kPathBatch; lane += hn::Lanes(FloatTag())) {
     LaneStepper<d, Kernel> solver(model, batch, lane);
+    if (solver.IsIdle()) continue;
     for (std::uint32_t step = first; step < last; ++step) {
       if (step == first || step % 4 == 0) solver.DrawBlock(step / 4);
       solver.Begin(step);

@@ -117,9 +117,12 @@ class LandmarkSampler final : public PathSampler {
 
   std::string name() const override { return "landmark lanes"; }
 
-  LaneEnds sample(std::uint64_t first_path, const Sink& sink) const override {
+  LaneEnds sample(std::uint64_t first_path, std::size_t lanes, const Sink& sink) const override {
+    LandmarkBatch of_lanes = landmark_batch(model_, first_path, start_);
+    std::fill(of_lanes.status.begin() + static_cast<std::ptrdiff_t>(lanes), of_lanes.status.end(),
+              LaneStatus::kBeyondBound);
     return sample_lanes(
-        landmark_batch(model_, first_path, start_), plan_, 2 * start_.q.size(), sink,
+        std::move(of_lanes), plan_, 2 * start_.q.size(), sink,
         [&](LandmarkBatch& batch, std::uint32_t first, std::uint32_t last) {
           advance_landmarks(model_, batch, first, last);
         },

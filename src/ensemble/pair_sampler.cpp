@@ -149,7 +149,7 @@ class PairSampler final : public PathSampler {
 
   std::string name() const override { return "pair lanes"; }
 
-  LaneEnds sample(std::uint64_t first_path, const Sink& sink) const override {
+  LaneEnds sample(std::uint64_t first_path, std::size_t /*lanes*/, const Sink& sink) const override {
     return sample_lanes(
         pair_batch(model_, first_path, start_.q(0), start_.q(1) - start_.q(0), start_.p(0), start_.p(1)), plan_, 4,
         sink,

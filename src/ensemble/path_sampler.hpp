@@ -56,8 +56,9 @@ class PathSampler {
   /// What it is, for people: `pair lanes`.
   virtual std::string name() const = 0;
 
-  /// Samples the paths `first_path` … + kPathBatch − 1; `sink` gets each record in order.
-  virtual LaneEnds sample(std::uint64_t first_path, const Sink& sink) const = 0;
+  /// Samples the paths `first_path` … + `lanes` − 1, at most kPathBatch; `sink` gets each record in order. What the
+  /// other lanes hold has no meaning.
+  virtual LaneEnds sample(std::uint64_t first_path, std::size_t lanes, const Sink& sink) const = 0;
 };
 
 /// The fastest sampler that knows the system: vector lanes for the pair on a line and for additive noise, else one path
@@ -68,6 +69,9 @@ std::unique_ptr<const PathSampler> make_path_sampler(const StochasticSystem& sys
 /// Any system, by its integrator.
 std::unique_ptr<const PathSampler> make_scalar_sampler(const StochasticSystem& system, const std::string& integrator,
                                                        const PhaseState& start, const PathPlan& plan);
+
+/// The same, which samples the first block once and keeps it: for the ranges of histograms, and then for the sums.
+std::unique_ptr<const PathSampler> keep_first_block(std::unique_ptr<const PathSampler> sampler);
 
 /// Additive noise in vector lanes; null where they do not know the system.
 std::unique_ptr<const PathSampler> make_landmark_sampler(const StochasticSystem& system, const std::string& integrator,

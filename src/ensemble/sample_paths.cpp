@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <limits>
+#include <mutex>
 #include <numeric>
+#include <utility>
 
 #include <fmt/core.h>
 
@@ -132,11 +134,14 @@ class ScalarSampler final : public PathSampler {
 
   std::string name() const override { return "one path at a time"; }
 
-  LaneEnds sample(std::uint64_t first_path, const Sink& sink) const override {
+  LaneEnds sample(std::uint64_t first_path, std::size_t lanes, const Sink& sink) const override {
     std::vector<LaneStates> records(plan_.records.size());
-    for (LaneStates& record : records) record.values.resize(kPathBatch, 2 * start_.q.size());
+    for (LaneStates& record : records) {
+      record.values.setZero(kPathBatch, 2 * start_.q.size());
+      record.running.fill(false);
+    }
     LaneEnds ends{};
-    for (std::size_t lane = 0; lane < kPathBatch; ++lane) {
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
       const std::uint64_t number = first_path + lane;
       Eigen::MatrixXd increments =
           brownian_increments(plan_.seed, plan_.antithetic ? number / 2 : number, channels_, plan_.grid);
@@ -167,10 +172,6 @@ class ScalarSampler final : public PathSampler {
       records[record].running[lane] = true;
       ++record;
     }
-    for (; record < records.size(); ++record) {
-      records[record].values.row(row).setZero();
-      records[record].running[lane] = false;
-    }
     ends.reached_end[lane] = last == plan_.grid.steps;
     ends.largest_momentum[lane] = largest;
     ends.smallest_gap[lane] = gap;
@@ -184,11 +185,38 @@ class ScalarSampler final : public PathSampler {
   std::vector<Eigen::Index> order_;  // d = 1
 };
 
+// A sampler that samples the first block once: for the ranges of histograms, and then, unchanged, for the sums.
+class FirstBlockKeeper final : public PathSampler {
+ public:
+  explicit FirstBlockKeeper(std::unique_ptr<const PathSampler> sampler) : sampler_(std::move(sampler)) {}
+
+  std::string name() const override { return sampler_->name(); }
+
+  LaneEnds sample(std::uint64_t first_path, std::size_t lanes, const Sink& sink) const override {
+    if (first_path != 0) return sampler_->sample(first_path, lanes, sink);
+    const std::scoped_lock lock(mutex_);
+    if (records_.empty())
+      ends_ = sampler_->sample(0, lanes, [&](std::size_t, const LaneStates& states) { records_.push_back(states); });
+    for (std::size_t record = 0; record < records_.size(); ++record) sink(record, records_[record]);
+    return ends_;
+  }
+
+ private:
+  std::unique_ptr<const PathSampler> sampler_;
+  mutable std::mutex mutex_;
+  mutable std::vector<LaneStates> records_;
+  mutable LaneEnds ends_{};
+};
+
 }  // namespace
 
 std::unique_ptr<const PathSampler> make_scalar_sampler(const StochasticSystem& system, const std::string& integrator,
                                                        const PhaseState& start, const PathPlan& plan) {
   return std::make_unique<ScalarSampler>(system, integrator, start, plan);
+}
+
+std::unique_ptr<const PathSampler> keep_first_block(std::unique_ptr<const PathSampler> sampler) {
+  return std::make_unique<FirstBlockKeeper>(std::move(sampler));
 }
 
 std::unique_ptr<const PathSampler> make_path_sampler(const StochasticSystem& system, const std::string& integrator,

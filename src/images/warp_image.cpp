@@ -113,13 +113,30 @@ class PulledRows {
   std::int64_t folded_ = 0;
 };
 
+// The largest cells to begin with: no larger than the width of the kernel in pixels, where its fields alone move space
+// and have no kinks. A lattice of 64 pixels resolves far more than a tolerance asks for in a large picture.
+int coarsest_cell(const ImageWarp& warp) {
+  constexpr int kDefault = 64, kLargest = 512;
+  const warp::MaterialFlow& flow = warp.flow();
+  const Trajectory& path = flow.path();
+  if (path.increments.rows() > 0) return kDefault;
+  const double in_source = diameter(warp.label_pixels()) / diameter(path.initial().q);
+  const double in_target = diameter(warp.landmark_paths().back()) / diameter(path.final().q);
+  if (!(std::isfinite(in_source) && std::isfinite(in_target))) return kDefault;  // of a single landmark
+  double width = kLargest;
+  for (const KernelTerm& term : flow.system().kernel.terms())
+    width = term.profile == KernelProfile::kPeakon ? 0 : std::min(width, term.alpha * std::min(in_source, in_target));
+  return width > kDefault ? static_cast<int>(width) : kDefault;
+}
+
 WarpedImage pull(std::span<const Image* const> pages, const ImageWarp& warp, const WarpImageOptions& options) {
   const warp::PlaneMap map = [&](const Points& pixels) {
     return options.inverse ? warp.forward(pixels) : warp.backward(pixels);
   };
   PulledRows rows(pages, warp, options);
-  sample_map_by_rows(map, {options.width, options.height, 0}, options.tolerance, true,
-                     [&](int first_row, warp::SampledMap&& band) { rows.add(first_row, std::move(band)); });
+  sample_map_by_rows(
+      map, {options.width, options.height, 0}, options.tolerance, true,
+      [&](int first_row, warp::SampledMap&& band) { rows.add(first_row, std::move(band)); }, coarsest_cell(warp));
   return std::move(rows).result();
 }
 
@@ -180,11 +197,12 @@ void for_jacobian_rows(const Image& image, const ImageWarp& warp, bool inverse, 
   const warp::PlaneMap map = [&](const Points& pixels) {
     return inverse ? warp.backward(pixels) : warp.forward(pixels);
   };
-  sample_map_by_rows(map, {image.width(), image.height(), 0}, tolerance, true, [&](int, warp::SampledMap&& band) {
+  const auto use_band = [&](int, warp::SampledMap&& band) {
     if (warp.orientation() < 0)
       for (float& jacobian : band.jacobians) jacobian = -jacobian;
     use(band.jacobians);
-  });
+  };
+  sample_map_by_rows(map, {image.width(), image.height(), 0}, tolerance, true, use_band, coarsest_cell(warp));
 }
 
 ImageFolds folds_of(const Image& image, const ImageWarp& warp, double tolerance) {
@@ -249,7 +267,8 @@ std::vector<float> displacements_on_image(const Image& image, const ImageWarp& w
   const warp::PlaneMap map = [&](const Points& pixels) {
     return options.inverse ? warp.backward(pixels) : warp.forward(pixels);
   };
-  const warp::SampledMap sampled = sample_map(map, {image.width(), image.height(), 0}, options.tolerance, false);
+  const warp::SampledMap sampled =
+      sample_map(map, {image.width(), image.height(), 0}, options.tolerance, false, coarsest_cell(warp));
   std::vector<float> lengths(sampled.places.size());
   parallel_for(image.height(), [&](int y) {
     Points here(2, image.width()), there(2, image.width());

@@ -9,6 +9,7 @@
 #include <fmt/core.h>
 
 #include "core/text.hpp"
+#include "line_sums.hpp"
 #include "pair_sums.hpp"
 #include "pulson/core/parallel.hpp"
 
@@ -203,6 +204,20 @@ StepMatrices step_matrices_in(const KernelOperator& kernel, const Points& q, con
   return step;
 }
 
+// From so many pairs on, sweeps along a line cost less than the pairs: see docs/benchmarks.md.
+constexpr Eigen::Index kFewestPairsOnLine = 64 * 64;
+
+// Whether sums over these points are sweeps along a line.
+bool are_on_line(const std::vector<KernelTerm>& terms, const Points& x, const Points& y) {
+  return x.rows() == 1 && x.cols() * y.cols() >= kFewestPairsOnLine && has_line_sums(terms) && x.allFinite() &&
+         y.allFinite();
+}
+
+// Sums over the points q with the rows of `weights`.
+LineSums sums_along(const std::vector<KernelTerm>& terms, const Points& q, const Eigen::MatrixXd& weights) {
+  return line_sums(terms, q.transpose(), q.transpose(), weights.transpose());
+}
+
 // That targets and sources are points of one space, and that each source has a vector.
 void check_sources(const Points& x, const Points& y, const Points& p) {
   if (x.rows() < 1 || x.rows() > 3) throw InputError(fmt::format("points are in {}D; 1D to 3D are known", x.rows()));
@@ -252,12 +267,19 @@ RadialJet KernelOperator::jet(double squared_distance) const {
 
 Points KernelOperator::apply(const Points& x, const Points& y, const Points& p) const {
   check_sources(x, y, p);
+  if (are_on_line(terms_, x, y))
+    return line_sums(terms_, x.transpose(), y.transpose(), p.transpose()).value.transpose();
   return field_sum(PairSum::kApply, terms_, x, y, p, x.rows()).points(0, x.rows(), x.cols());
 }
 
 Points KernelOperator::apply_with_jacobian(const Points& x, const Points& y, const Points& p,
                                            Eigen::MatrixXd& jacobian) const {
   check_sources(x, y, p);
+  if (are_on_line(terms_, x, y)) {
+    const LineSums sums = line_sums(terms_, x.transpose(), y.transpose(), p.transpose());
+    jacobian = sums.slope.transpose();
+    return sums.value.transpose();
+  }
   const Eigen::Index d = x.rows();
   const CoordinateRows sums = field_sum(PairSum::kApplyJacobian, terms_, x, y, p, d + d * d);
   jacobian = sums.points(d, d * d, x.cols());
@@ -266,6 +288,10 @@ Points KernelOperator::apply_with_jacobian(const Points& x, const Points& y, con
 
 Points KernelOperator::apply_tangent(const Points& q, const Points& p, const Points& delta) const {
   check_vectors(q, p, delta);
+  if (are_on_line(terms_, q, q)) {
+    const LineSums sums = sums_along(terms_, q, (Points(2, q.cols()) << p, p.cwiseProduct(delta)).finished());
+    return delta.cwiseProduct(sums.slope.col(0).transpose()) - sums.slope.col(1).transpose();
+  }
   Points sum = Points::Zero(q.rows(), q.cols());
   add_self_sum(PairSum::kTangent, terms_, q, delta, delta, p, delta, all_columns(q), nonzero_columns(p), sum);
   return sum;
@@ -274,6 +300,10 @@ Points KernelOperator::apply_tangent(const Points& q, const Points& p, const Poi
 // Landmarks without momentum act on those with momentum alone, through a.
 Points KernelOperator::gradient(const Points& q, const Points& a, const Points& p) const {
   check_vectors(q, p, a);
+  if (are_on_line(terms_, q, q)) {
+    const LineSums sums = sums_along(terms_, q, (Points(2, q.cols()) << p, a).finished());
+    return a.cwiseProduct(sums.slope.col(0).transpose()) + p.cwiseProduct(sums.slope.col(1).transpose());
+  }
   Points sum = Points::Zero(q.rows(), q.cols());
   const Indices moving = nonzero_columns(p);
   add_self_sum(PairSum::kGradient, terms_, q, a, p, a, p, all_columns(q), moving, sum);
@@ -284,6 +314,10 @@ Points KernelOperator::gradient(const Points& q, const Points& a, const Points& 
 
 Points KernelOperator::hessian(const Points& q, const Points& p, const Points& delta) const {
   check_vectors(q, p, delta);
+  if (are_on_line(terms_, q, q)) {
+    const LineSums sums = sums_along(terms_, q, (Points(2, q.cols()) << p, p.cwiseProduct(delta)).finished());
+    return p.cwiseProduct(delta.cwiseProduct(sums.second.col(0).transpose()) - sums.second.col(1).transpose());
+  }
   Points sum = Points::Zero(q.rows(), q.cols());
   const Indices moving = nonzero_columns(p);
   add_self_sum(PairSum::kHessian, terms_, q, delta, p, p, delta, moving, moving, sum);
@@ -293,6 +327,10 @@ Points KernelOperator::hessian(const Points& q, const Points& p, const Points& d
 // Landmarks without momentum add nothing.
 Flow KernelOperator::flow(const Points& q, const Points& p) const {
   check_sources(q, q, p);
+  if (are_on_line(terms_, q, q)) {
+    const LineSums sums = sums_along(terms_, q, p);
+    return {sums.value.transpose(), p.cwiseProduct(sums.slope.transpose())};
+  }
   const Eigen::Index d = q.rows();
   const Indices moving = nonzero_columns(p);
   const CoordinateRows sums =
@@ -303,6 +341,13 @@ Flow KernelOperator::flow(const Points& q, const Points& p) const {
 Flow KernelOperator::flow_tangent(const Points& q, const Points& p, const Points& dq, const Points& dp) const {
   check_vectors(q, p, dq);
   require_size("the change of the momenta of a kernel sum", dp, q.rows(), q.cols());
+  if (are_on_line(terms_, q, q)) {
+    const LineSums sums = sums_along(terms_, q, (Points(3, q.cols()) << p, p.cwiseProduct(dq), dp).finished());
+    const auto row = [](const Eigen::MatrixXd& of, int column) -> Points { return of.col(column).transpose(); };
+    return {row(sums.value, 2) + dq.cwiseProduct(row(sums.slope, 0)) - row(sums.slope, 1),
+            p.cwiseProduct(dq.cwiseProduct(row(sums.second, 0)) - row(sums.second, 1)) +
+                dp.cwiseProduct(row(sums.slope, 0)) + p.cwiseProduct(row(sums.slope, 2))};
+  }
   const Eigen::Index d = q.rows();
   const Indices moving = nonzero_columns(p.cwiseAbs() + dp.cwiseAbs());
   const Points b = part(dq, moving), c = part(dp, moving);

@@ -37,6 +37,18 @@ double energy_by_simpson(const MatchingProblem& problem, const Trajectory& path)
   return problem.lambda * path.grid.dt() / 3 * sum;
 }
 
+// The path of the landmarks that have momenta: without noise the others act on nothing.
+Trajectory of_carriers(const Trajectory& path) {
+  std::vector<Eigen::Index> carriers;
+  for (Eigen::Index a = 0; a < path.initial().p.cols(); ++a)
+    if (!path.initial().p.col(a).isZero(0)) carriers.push_back(a);
+  Trajectory part = path;
+  for (PhaseState& state : part.states)
+    state = {state.q(Eigen::all, carriers).eval(), state.p(Eigen::all, carriers).eval()};
+  for (Points& momenta : part.stage_momenta) momenta = momenta(Eigen::all, carriers).eval();
+  return part;
+}
+
 }  // namespace
 
 std::optional<DiscretisationError> step_error(const MatchingProblem& problem, const Registration& registration) {
@@ -55,8 +67,10 @@ std::optional<DiscretisationError> step_error(const MatchingProblem& problem, co
   return std::nullopt;
 }
 
-std::optional<double> amplification(const StochasticSystem& system, const Trajectory& path) {
+std::optional<double> amplification(const StochasticSystem& system, const Trajectory& whole) {
   const RungeKuttaIntegrator linearised(heun_tableau());
+  const bool is_free = whole.increments.rows() == 0 && !is_at_rest(system, whole.initial());
+  const Trajectory path = is_free ? of_carriers(whole) : whole;
   const Points& q = path.initial().q;
   const Points none = Points::Zero(q.rows(), q.cols());
   PathChange change;

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include <Eigen/Sparse>
 
 #include "dynamics/effective_hamiltonian.hpp"
+#include "kernels/line_covariance.hpp"
 
 namespace pulson::matching {
 
@@ -21,7 +23,12 @@ NoiseCometric noise_cometric(const NoiseModel& noise, const Points& q);
 /// working precision: momenta p move their landmarks by εK(0)p T besides.
 double regularisation(const KernelOperator& kernel);
 
-/// The cometric A(q) = K(q) + λ Σ_i h_i,p h_i,pᵀ + εK(0) of H_tot = ½ p·A(q)p, and its Cholesky factors.
+/// Whether K + λ·noise is solved by sweeps along a line: K a peakon or a Matérn 3/2, noise of each landmark alone,
+/// many landmarks.
+bool sweeps_along_line(const KernelOperator& kernel, const NoiseCometric& noise, const Points& q);
+
+/// The cometric A(q) = K(q) + λ Σ_i h_i,p h_i,pᵀ + εK(0) of H_tot = ½ p·A(q)p, and its Cholesky factors, or its
+/// sweeps along a line.
 class Cometric {
  public:
   /// @param noise λ times it is added
@@ -29,6 +36,10 @@ class Cometric {
 
   /// Whether the matrix is positive definite to working accuracy.
   bool is_regular() const { return regular_; }
+
+  /// Whether there are sweeps in place of a matrix: what they add to K then, by landmark.
+  bool is_on_line() const { return line_.has_value(); }
+  const Eigen::VectorXd& own() const { return own_; }
 
   Points apply(const Points& p) const;  ///< Ap
   Points solve(const Points& v) const;  ///< A⁻¹v
@@ -45,6 +56,10 @@ class Cometric {
   /// Of column b of A, the part of axis l in the columns of axis m: the rows of landmarks up to b.
   Eigen::VectorXd column(Eigen::Index l, Eigen::Index m, Eigen::Index b) const;
 
+  KernelOperator kernel_;
+  Points q_;
+  Eigen::VectorXd own_;
+  std::optional<LineCovariance> line_;
   Eigen::MatrixXd matrix_;    ///< its lower triangle L with LLᵀ = A, above the diagonal A
   Eigen::VectorXd diagonal_;  ///< of A
 };

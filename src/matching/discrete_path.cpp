@@ -58,9 +58,10 @@ double least_determinant(const MatrixXd& gradients, double dt, Index d) {
 
 }  // namespace
 
-std::optional<DiscretePath> along(const EffectiveHamiltonian& system, const TimeGrid& grid, std::vector<Points> nodes) {
+std::optional<DiscretePath> along(const EffectiveHamiltonian& system, const TimeGrid& grid, std::vector<Points> nodes,
+                                  const NoiseCometric* known) {
   const NoiseModel& noise = *system.system().noise;
-  const NoiseCometric constant = noise_cometric(noise, nodes.front());
+  const NoiseCometric constant = known != nullptr ? *known : noise_cometric(noise, nodes.front());
   const bool varies = !noise.traits().additive;
   const auto steps = static_cast<std::size_t>(grid.steps);
   std::vector<std::optional<Cometric>> cometrics(steps);

@@ -37,7 +37,9 @@ struct DiscretePath {
 
 /// The momenta of a path that is given by its nodes; empty where the cometric of a step is singular, or where its
 /// fields nearly turn space over in a step, so that the midpoint rule soon has no single root.
-std::optional<DiscretePath> along(const EffectiveHamiltonian& system, const TimeGrid& grid, std::vector<Points> nodes);
+/// @param constant of noise that is additive, where it is known already
+std::optional<DiscretePath> along(const EffectiveHamiltonian& system, const TimeGrid& grid, std::vector<Points> nodes,
+                                  const NoiseCometric* constant = nullptr);
 
 /// What momenta make each landmark do by itself: εK(0)p, see regularisation(), and where noise moves a landmark by
 /// where others are, so that it has no field over space, what the controls λh(q, p) make it do.

@@ -13,6 +13,10 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Block = LandmarkBlock;
 
+// Of solutions by conjugate gradients, in the norm of S⁻¹: beyond it CG over paths sees no error of its preconditioner.
+constexpr double kLineAccuracy = 1e-10;
+constexpr int kMostLineProducts = 200;
+
 }  // namespace
 
 void PathDirection::add(double factor, const PathDirection& other) {
@@ -99,7 +103,23 @@ MatrixXd PathModel::end_covariance() const {
   return sum;
 }
 
+// On a line N = I, and C is of landmarks: S = I + Σ Δt ψ_k A_k ψ_k with numbers ψ.
+void PathModel::factorise_line() {
+  const Index n = path_.end().cols();
+  const auto steps = static_cast<Index>(path_.middles.size());
+  MatrixXd places(n, steps), weights(n, steps);
+  VectorXd noise = VectorXd::Ones(n);
+  for (Index k = 0; k < steps; ++k) {
+    const auto step = static_cast<std::size_t>(k);
+    places.col(k) = path_.middles[step].q.transpose();
+    weights.col(k) = std::sqrt(path_.grid.dt()) * from_steps_[step].transpose();
+    noise += weights.col(k).cwiseAbs2().cwiseProduct(path_.cometrics[step].own());
+  }
+  line_.emplace(system_.system().kernel.terms().front(), places, weights, noise);
+}
+
 void PathModel::factorise() {
+  if (path_.cometrics.front().is_on_line() && !roots_.empty()) return factorise_line();
   const Index d = path_.end().rows(), n = path_.end().cols();
   MatrixXd system = end_covariance();
   if (form_ != nullptr) {
@@ -149,10 +169,39 @@ VectorXd PathModel::weighed(const VectorXd& r) const {
   return weight_ * MatrixXd(root.transpose() * half).reshaped();
 }
 
-VectorXd PathModel::system_solve(const VectorXd& r) const {
+VectorXd PathModel::nearly_solved(const VectorXd& r) const {
+  if (line_) {
+    VectorXd solved = r;
+    line_->solve_in_place(solved);
+    return solved;
+  }
   MatrixXd solved = r;
   solve_factorised(factor_, solved);
   return solved;
+}
+
+VectorXd PathModel::system_solve(const VectorXd& r) const {
+  return line_ && !line_->is_exact() ? solved_iteratively(0, r, kLineAccuracy) : nearly_solved(r);
+}
+
+// S_k⁻¹r by conjugate gradients, preconditioned by what is factorised, to an accuracy relative in the norm of S⁻¹.
+VectorXd PathModel::solved_iteratively(std::size_t k, const VectorXd& r, double accuracy) const {
+  VectorXd residual = r;
+  VectorXd answer = VectorXd::Zero(residual.size());
+  VectorXd along = nearly_solved(residual);
+  double squared = residual.dot(along);
+  const double enough = accuracy * accuracy * squared;
+  for (int i = 0; squared > enough && i < kMostLineProducts; ++i) {
+    const VectorXd product = system_product(k, along);
+    const double length = squared / along.dot(product);
+    answer += length * along;
+    residual -= length * product;
+    const VectorXd solved = nearly_solved(residual);
+    const double before = squared;
+    squared = residual.dot(solved);
+    along = solved + (squared / before) * along;
+  }
+  return answer;
 }
 
 VectorXd PathModel::system_product(std::size_t k, const VectorXd& r) const {
@@ -229,21 +278,7 @@ double PathModel::misfit(std::size_t k, const Points& deviation) const {
 }
 
 PathDirection PathModel::feedback(std::size_t k, const Points& deviation, double accuracy) const {
-  VectorXd residual = observed_from(k, deviation);
-  VectorXd answer = VectorXd::Zero(residual.size());
-  VectorXd along = system_solve(residual);
-  double squared = residual.dot(along);
-  const double enough = accuracy * accuracy * squared;
-  while (squared > enough) {
-    const VectorXd product = system_product(k, along);
-    const double length = squared / along.dot(product);
-    answer += length * along;
-    residual -= length * product;
-    const VectorXd solved = system_solve(residual);
-    const double before = squared;
-    squared = residual.dot(solved);
-    along = solved + (squared / before) * along;
-  }
+  const VectorXd answer = solved_iteratively(k, observed_from(k, deviation), accuracy);
   const NodeCovector none(path_.middles.size() + 1, Points::Zero(deviation.rows(), deviation.cols()));
   return swept(none, -observed_transposed(answer), k, deviation);
 }

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Cholesky>
 
 #include "discrete_path.hpp"
+#include "line_system.hpp"
 #include "pulson/matching/data_term.hpp"
 
 namespace pulson::matching {
@@ -62,12 +64,15 @@ class PathModel {
  private:
   void propagate();
   void factorise();
+  void factorise_line();
   Eigen::MatrixXd end_covariance() const;  ///< the upper triangle of P, or of CPCᵀ with C of landmarks
   Eigen::VectorXd observed(const Points& end_change) const;  ///< Cδq
   Points observed_transposed(const Eigen::VectorXd& r) const;
-  Eigen::VectorXd observed_from(std::size_t k, const Points& deviation) const;    ///< CΦ_kδq
-  Eigen::VectorXd weighed(const Eigen::VectorXd& r) const;                        ///< N⁻¹r
-  Eigen::VectorXd system_solve(const Eigen::VectorXd& r) const;                   ///< S⁻¹r
+  Eigen::VectorXd observed_from(std::size_t k, const Points& deviation) const;  ///< CΦ_kδq
+  Eigen::VectorXd weighed(const Eigen::VectorXd& r) const;                      ///< N⁻¹r
+  Eigen::VectorXd system_solve(const Eigen::VectorXd& r) const;                 ///< S⁻¹r
+  Eigen::VectorXd solved_iteratively(std::size_t k, const Eigen::VectorXd& r, double accuracy) const;
+  Eigen::VectorXd nearly_solved(const Eigen::VectorXd& r) const;                  ///< by what is factorised
   Eigen::VectorXd system_product(std::size_t k, const Eigen::VectorXd& r) const;  ///< S_k r
   PathDirection swept(const NodeCovector& covector, const Points& at_end, std::size_t first,
                       const Points& deviation) const;
@@ -82,6 +87,7 @@ class PathModel {
   std::vector<Eigen::MatrixXd> roots_;                    ///< N, d×d: C of landmarks, symmetric; empty for other data
   Eigen::MatrixXd root_;                                  ///< C of data that are neither
   std::vector<Eigen::MatrixXd> from_steps_, from_nodes_;  ///< K, d²×N: Ψ_k and Φ_k, times C of landmarks
+  std::optional<LineSystem> line_;                        ///< of landmarks on a line, in place of a factor
   Eigen::MatrixXd factor_;                                ///< L on and below its diagonal, LLᵀ = S
 };
 

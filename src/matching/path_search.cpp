@@ -57,7 +57,10 @@ constexpr double kNoCost = 1e-12;
 class PathSearch {
  public:
   PathSearch(const MatchingProblem& problem, const MinimiseOptions& options)
-      : problem_(problem), options_(options), system_(problem.system, problem.lambda) {}
+      : problem_(problem),
+        options_(options),
+        system_(problem.system, problem.lambda),
+        noise_(noise_cometric(*problem.system.noise, problem.source)) {}
 
   PathSolution run(const StepFields* start, Finish finish) {
     finish_ = finish;
@@ -114,7 +117,7 @@ class PathSearch {
 
   // The path through nodes, if its cost is a number.
   std::optional<DiscretePath> measured(std::vector<Points> nodes) const {
-    std::optional<DiscretePath> path = along(system_, problem_.grid, std::move(nodes));
+    std::optional<DiscretePath> path = along(system_, problem_.grid, std::move(nodes), &noise_);
     if (path && !std::isfinite(cost(*path))) return std::nullopt;
     return path;
   }
@@ -336,6 +339,7 @@ class PathSearch {
   const MinimiseOptions& options_;
   Finish finish_ = Finish::kRoundOff;
   EffectiveHamiltonian system_;
+  NoiseCometric noise_;  ///< at the source
   DiscretePath path_;
   double sigma_inflation_ = 1;
   double first_inflation_ = 1;
@@ -393,7 +397,9 @@ namespace {
 
 PathSolution search_from(const MatchingProblem& problem, const MinimiseOptions& options, const StepFields& start,
                          Finish finish) {
-  if (std::optional<PathSolution> found = solve_path_equations(problem, options, start)) return std::move(*found);
+  // Along a line matrices cost nothing: sweeps do.
+  if (!sweeps_along_line(problem.system.kernel, noise_cometric(*problem.system.noise, problem.source), problem.source))
+    if (std::optional<PathSolution> found = solve_path_equations(problem, options, start)) return std::move(*found);
   return PathSearch(problem, options).run(&start, finish);
 }
 

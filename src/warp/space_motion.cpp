@@ -16,6 +16,9 @@ constexpr int kMaxNewton = 50;
 constexpr int kMaxTurns = 400;
 constexpr double kContraction = 0.95;
 constexpr double kRoundOff = 1e-14;  // of the size of the coordinates
+// Newton's method squares a correction, beside lengths over which the map bends: below this, of the size of the
+// coordinates, round-off comes next, so long as these are no shorter than a hundredth of that size.
+constexpr double kLastCorrection = 1e-8;
 
 double round_off(const Points& x) { return kRoundOff * std::max(x.cwiseAbs().maxCoeff(), 1e-300); }
 
@@ -41,6 +44,15 @@ bool solve_columns(const MatrixXd& g, const MatrixXd& right, Index d, MatrixXd& 
     solution.col(m) = matrix.partialPivLu().solve(right.col(m).reshaped(d, columns)).reshaped();
   }
   return true;
+}
+
+// The step back in time, its stages in reverse: the inverse of a method that is symmetric, and near it for others.
+SpaceStep reversed(const SpaceStep& step) {
+  SpaceStep back = step;
+  std::reverse(back.stages.begin(), back.stages.end());
+  back.drift = -step.drift;
+  back.noise = -step.noise;
+  return back;
 }
 
 }  // namespace
@@ -178,9 +190,11 @@ bool SpatialStep::backward_from_last_stage(Tracers& points) const {
 bool SpatialStep::backward_by_newton(Tracers& points) const {
   const Index d = points.x.rows();
   const Points goal = points.x;
-  const double enough = round_off(goal);
+  const double enough = kLastCorrection * std::max(goal.cwiseAbs().maxCoeff(), 1e-300);
   const MatrixXd identity = MatrixXd::Identity(d, d).reshaped().replicate(1, goal.cols());
-  Points x = goal;
+  const SpaceStep back = reversed(step_);
+  Tracers near{goal, {}};
+  Points x = SpatialStep(system_, back).forward(near, {}) ? std::move(near.x) : goal;
   for (int turn = 0; turn < kMaxNewton; ++turn) {
     Tracers moved{x, identity};
     if (!forward(moved, {})) return false;

@@ -2,8 +2,11 @@
 
 #include "pulson/ensemble/ensemble.hpp"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
+#include "path_sampler.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/random/brownian.hpp"
@@ -82,6 +85,47 @@ TEST(SamplePaths, HasNamesForItsStatus) {
   EXPECT_EQ(path_status_name(PathStatus::kClean), "clean");
   EXPECT_EQ(path_status_name(PathStatus::kNoRoot), "no_root");
   EXPECT_EQ(path_status_name(PathStatus::kMomentumBound), "momentum_bound");
+}
+
+// How many paths of a block run, of those asked for.
+int paths_sampled(const std::string& noise, std::size_t lanes) {
+  const PhaseState start{(Points(2, 3) << 0, 1, 2, 0, 0.5, 0).finished(), Points::Ones(2, 3)};
+  const StochasticSystem system{make_kernel("gaussian:alpha=1", {}), make_noise(noise)};
+  const auto sampler = make_path_sampler(system, "variational", start, {.grid = {1, 4}, .records = {2, 4}});
+  int running = 0;
+  const LaneEnds ends = sampler->sample(0, lanes, [&](std::size_t, const LaneStates& states) {
+    running += static_cast<int>(std::count(states.running.begin(), states.running.end(), true));
+  });
+  EXPECT_EQ(std::count(ends.reached_end.begin(), ends.reached_end.end(), true), static_cast<std::ptrdiff_t>(lanes));
+  return running / 2;  // records
+}
+
+TEST(PathSamplers, SampleNoPathsThatAreNotAskedFor) {
+  for (const char* const noise : {"ch-sd:beta=0.1", "ch-sd-screened:beta=0.1,gamma=1"})
+    for (const int lanes : {1, 17, 64})
+      EXPECT_EQ(paths_sampled(noise, static_cast<std::size_t>(lanes)), lanes) << noise;
+}
+
+// The first block of few paths is sampled once, for the ranges of histograms and for the sums.
+TEST(Ensembles, OfFewPathsAreOfTheSamePathsWithAndWithoutHistograms) {
+  const PhaseState start{(Points(2, 3) << 0, 1, 2, 0, 0.5, 0).finished(), Points::Ones(2, 3)};
+  const StochasticSystem system{make_kernel("gaussian:alpha=1", {}), make_noise("ch-sd:beta=0.1")};
+  for (const std::int64_t samples : {1, 64, 100}) {
+    EnsembleOptions options;
+    options.grid = {1, 4};
+    options.samples = samples;
+    options.records = {0, 2, 4};
+    options.keep = KeepStates::kAll;
+    Ensemble plain(system, "variational", start, options);
+    options.histograms = {2, 4};
+    Ensemble binned(system, "variational", start, options);
+    plain.advance(2);
+    binned.advance(2);
+    EXPECT_EQ(plain.sums().states, binned.sums().states);
+    EXPECT_EQ(binned.sums().histograms[1].front().total(), samples);
+    EXPECT_EQ(plain.sums().moments[2].count, samples);
+    EXPECT_TRUE((plain.sums().moments[2].mean == binned.sums().moments[2].mean).all());
+  }
 }
 
 }  // namespace

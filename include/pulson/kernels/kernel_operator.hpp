@@ -59,7 +59,8 @@ struct Flow {
 /// Points, momenta and displacements are d×N. Sums over pairs are vectorised over targets with run-time dispatch (SSE4,
 /// AVX2, AVX-512), each target's sum taken over the sources in their order: the result does not depend on the number of
 /// lanes beyond rounding, as products are fused where the target can, nor on the number of threads at all. Sources
-/// whose momentum is zero cost nothing. Cost O(NM); O(N) memory unless stated. All methods are thread-safe.
+/// whose momentum is zero cost nothing. Cost O(NM), and O((N + M) log N) where many points are on a line and no term is
+/// gaussian; O(N) memory unless stated. All methods are thread-safe.
 class KernelOperator {
  public:
   /// @throws InputError if there is no term, a width is not within 1e-70 to 1e70 or a weight not finite and positive.

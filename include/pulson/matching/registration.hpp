@@ -197,7 +197,7 @@ struct Registration {
   /// Of drawn noise: root mean square distance over which it moves a landmark that is at rest, length units.
   std::optional<double> noise_displacement;
   /// By how much shooting the momenta amplifies errors: the largest singular value of ∂q(T)/∂q0, where p0 and the
-  /// increments are kept (an estimate). None in mode `expected`.
+  /// increments are kept (an estimate); without noise, of the landmarks that have momenta. None in mode `expected`.
   std::optional<double> amplification;
   std::vector<std::string> notes;  ///< what a user should know, a line each
   std::optional<LaplaceApproximation> uncertainty;

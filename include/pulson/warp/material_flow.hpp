@@ -90,6 +90,7 @@ class MaterialFlow {
 
   int dimension() const { return static_cast<int>(path_.initial().q.rows()); }
   const Trajectory& path() const { return path_; }
+  const StochasticSystem& system() const { return system_; }
 
   /// Whether nothing is interpolated in label space.
   bool is_diffeomorphic() const { return labels_ == nullptr; }

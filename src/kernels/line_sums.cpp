@@ -1,0 +1,212 @@
+#include "line_sums.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// The different places of targets and sources from left to right.
+struct Places {
+  std::vector<double> at;
+  std::vector<Index> of_targets, of_sources;  // their places
+
+  Places(const VectorXd& x, const VectorXd& y)
+      : of_targets(static_cast<std::size_t>(x.size())), of_sources(static_cast<std::size_t>(y.size())) {
+    const std::vector<Index> targets = sorted_order(x), sources = sorted_order(y);
+    at.reserve(targets.size() + sources.size());
+    for (std::size_t i = 0, j = 0; i < targets.size() || j < sources.size();) {
+      const bool is_target = j == sources.size() || (i < targets.size() && x[targets[i]] <= y[sources[j]]);
+      const double place = is_target ? x[targets[i]] : y[sources[j]];
+      if (at.empty() || at.back() != place) at.push_back(place);
+      const auto index = static_cast<Index>(at.size()) - 1;
+      if (is_target)
+        of_targets[static_cast<std::size_t>(targets[i++])] = index;
+      else
+        of_sources[static_cast<std::size_t>(sources[j++])] = index;
+    }
+  }
+};
+
+// The factors of a profile: P, P' − P and P'' − 2P' + P, whose products with e^{−t} are k and its derivatives by t.
+struct Peakon {
+  static constexpr int kMoments = 1;
+  template <class Moments>
+  static auto value(const Moments& s) {
+    return s[0];
+  }
+  template <class Moments>
+  static auto slope(const Moments& s) {
+    return -s[0];
+  }
+  template <class Moments>
+  static auto second(const Moments& s) {
+    return s[0];
+  }
+  static constexpr double kSecondAtZero = 0;  // by convention
+};
+
+struct Matern32 {
+  static constexpr int kMoments = 2;
+  template <class Moments>
+  static auto value(const Moments& s) {
+    return s[0] + s[1];
+  }
+  template <class Moments>
+  static auto slope(const Moments& s) {
+    return -s[1];
+  }
+  template <class Moments>
+  static auto second(const Moments& s) {
+    return s[1] - s[0];
+  }
+  static constexpr double kSecondAtZero = -1;
+};
+
+struct Matern52 {
+  static constexpr int kMoments = 3;
+  template <class Moments>
+  static auto value(const Moments& s) {
+    return s[0] + s[1] + s[2] / 3;
+  }
+  template <class Moments>
+  static auto slope(const Moments& s) {
+    return -(s[1] + s[2]) / 3;
+  }
+  template <class Moments>
+  static auto second(const Moments& s) {
+    return (s[2] - s[1] - s[0]) / 3;
+  }
+  static constexpr double kSecondAtZero = -1.0 / 3;
+};
+
+// Moments of R weights on one side of a place.
+template <class Profile, int R>
+class Moments {
+ public:
+  using Weights = Eigen::Array<double, R, 1>;
+
+  Moments() { s_.fill(Weights::Zero()); }
+
+  const Weights& operator[](int k) const { return s_[static_cast<std::size_t>(k)]; }
+
+  // To the next place, `decay` = e^{−h}, with the sources of this one.
+  void advance(const Weights& here, double h, double decay) {
+    s_[0] += here;
+    if constexpr (Profile::kMoments == 3) s_[2] = decay * (s_[2] + h * (2 * s_[1] + h * s_[0]));
+    if constexpr (Profile::kMoments > 1) s_[1] = decay * (s_[1] + h * s_[0]);
+    s_[0] *= decay;
+  }
+
+ private:
+  std::array<Weights, Profile::kMoments> s_;
+};
+
+// Adds the sums of a term at all places, R×D each.
+template <class Profile, int R>
+void add_sweeps(const KernelTerm& term, const std::vector<double>& at, const MatrixXd& weights, MatrixXd& value,
+                MatrixXd& slope, MatrixXd& second) {
+  const double scale = line_scale(term);
+  const double w = term.weight, by_slope = w * scale, by_second = w * scale * scale;
+  const auto count = static_cast<Index>(at.size());
+  VectorXd gaps(count), decays(count);
+  for (Index i = 0; i + 1 < count; ++i)
+    gaps[i] = scale * (at[static_cast<std::size_t>(i) + 1] - at[static_cast<std::size_t>(i)]);
+  if (count > 0) gaps[count - 1] = 0;
+  gaps = gaps.cwiseMin(kFurthestOnLine);
+  decays = line_decays(gaps);
+
+  using Column = typename Moments<Profile, R>::Weights;
+  Moments<Profile, R> left, right;
+  for (Index i = 0; i < count; ++i) {
+    const Column here = weights.col(i).template head<R>().array();
+    value.col(i).array() += w * (Profile::value(left) + here);
+    slope.col(i).array() += by_slope * Profile::slope(left);
+    second.col(i).array() += by_second * (Profile::second(left) + Profile::kSecondAtZero * here);
+    left.advance(here, gaps[i], decays[i]);
+  }
+  for (Index i = count - 1; i >= 0; --i) {
+    value.col(i).array() += w * Profile::value(right);
+    slope.col(i).array() -= by_slope * Profile::slope(right);
+    second.col(i).array() += by_second * Profile::second(right);
+    const Column here = weights.col(i).template head<R>().array();
+    if (i > 0) right.advance(here, gaps[i - 1], decays[i - 1]);
+  }
+}
+
+template <int R>
+void add_term(const KernelTerm& term, const std::vector<double>& at, const MatrixXd& weights, MatrixXd& value,
+              MatrixXd& slope, MatrixXd& second) {
+  switch (term.profile) {
+    case KernelProfile::kPeakon:
+      return add_sweeps<Peakon, R>(term, at, weights, value, slope, second);
+    case KernelProfile::kMatern32:
+      return add_sweeps<Matern32, R>(term, at, weights, value, slope, second);
+    case KernelProfile::kMatern52:
+      return add_sweeps<Matern52, R>(term, at, weights, value, slope, second);
+    case KernelProfile::kGaussian:
+      throw std::logic_error("a gaussian has no sums along a line");
+  }
+}
+
+}  // namespace
+
+std::vector<Index> sorted_order(const VectorXd& x) {
+  std::vector<Index> order(static_cast<std::size_t>(x.size()));
+  std::iota(order.begin(), order.end(), Index{0});
+  const auto before = [&](Index a, Index b) { return x[a] < x[b]; };
+  if (!std::is_sorted(order.begin(), order.end(), before)) std::sort(order.begin(), order.end(), before);
+  return order;
+}
+
+int line_moments(KernelProfile profile) {
+  if (profile == KernelProfile::kPeakon) return Peakon::kMoments;
+  if (profile == KernelProfile::kMatern32) return Matern32::kMoments;
+  if (profile == KernelProfile::kMatern52) return Matern52::kMoments;
+  throw std::logic_error("a gaussian has no sums along a line");
+}
+
+Eigen::MatrixXd line_decays(const MatrixXd& gaps) {
+  return (gaps.array() < kFurthestOnLine).select((-gaps.array()).exp(), 0);
+}
+
+double line_scale(const KernelTerm& term) { return std::sqrt(2.0 * line_moments(term.profile) - 1) / term.alpha; }
+
+bool has_line_sums(const std::vector<KernelTerm>& terms) {
+  return std::none_of(terms.begin(), terms.end(),
+                      [](const KernelTerm& term) { return term.profile == KernelProfile::kGaussian; });
+}
+
+LineSums line_sums(const std::vector<KernelTerm>& terms, const VectorXd& x, const VectorXd& y,
+                   const MatrixXd& weights) {
+  const Places places(x, y);
+  const auto count = static_cast<Index>(places.at.size());
+  const Index columns = weights.cols();
+  MatrixXd at_places = MatrixXd::Zero(columns, count);
+  for (Index j = 0; j < y.size(); ++j)
+    at_places.col(places.of_sources[static_cast<std::size_t>(j)]) += weights.row(j).transpose();
+  MatrixXd value = MatrixXd::Zero(columns, count), slope = value, second = value;
+  for (const KernelTerm& term : terms) {
+    if (columns == 1)
+      add_term<1>(term, places.at, at_places, value, slope, second);
+    else if (columns == 2)
+      add_term<2>(term, places.at, at_places, value, slope, second);
+    else if (columns == 3)
+      add_term<3>(term, places.at, at_places, value, slope, second);
+    else
+      throw std::logic_error("sums along a line are of one to three weights");
+  }
+  const auto of_targets = [&](const MatrixXd& sums) -> MatrixXd {
+    return sums(Eigen::all, places.of_targets).transpose();
+  };
+  return {of_targets(value), of_targets(slope), of_targets(second)};
+}
+
+}  // namespace pulson

@@ -148,8 +148,8 @@ TEST(FitCohort, TakesTheWeightsOfLandmarks) {
   EXPECT_NEAR(fit_cohort(cohort, "none", settings).log_evidence, weighted, 1e-6);
 }
 
-// The upper end is where the evidence of fits with that much noise has fallen by what an interval near a bound asks for:
-// 0.82 nats where the evidence is greatest at the bound, 1.35 far from it. The share is that of β² beside 1/λ.
+// The upper end is where the evidence of fits with that much noise has fallen by what an interval near a bound asks
+// for: 0.82 nats where the evidence is greatest at the bound, 1.35 far from it. The share is that of β² beside 1/λ.
 TEST(FitCohort, SaysHowMuchNoiseIsNotExcluded) {
   CohortSettings settings = cohort_settings();
   settings.lambda = kLambda;

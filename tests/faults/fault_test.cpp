@@ -164,7 +164,8 @@ class Faults : public InTemporaryFolder, public testing::WithParamInterface<Verb
   }
 };
 
-/// The first call of each kind, the last, and others by chance: 20 in all, or each of them where PULSON_EVERY_FAULT is set.
+/// The first call of each kind, the last, and others by chance: 20 in all, or each of them where PULSON_EVERY_FAULT is
+/// set.
 std::vector<int> places(const std::vector<std::string>& calls) {
   constexpr std::size_t kMost = 20;
   std::set<int> chosen;

@@ -18,14 +18,14 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kCount = 70;  // enough for sweeps
+constexpr Index kMarkers = 70;  // enough for sweeps
 
 // Places that all move on, in random order.
 MatrixXd moving_places(Index steps) {
-  MatrixXd places(kCount, steps);
-  for (Index a = 0; a < kCount; ++a)
+  MatrixXd places(kMarkers, steps);
+  for (Index a = 0; a < kMarkers; ++a)
     for (Index k = 0; k < steps; ++k) {
-      const double label = static_cast<double>(a * 37 % kCount) / 10;
+      const double label = static_cast<double>(a * 37 % kMarkers) / 10;
       places(a, k) = label + 0.3 * static_cast<double>(k) * std::sin(label);
     }
   return places;
@@ -65,8 +65,8 @@ TEST_P(LineSystemOf, SolvesAsTheDenseMatrixWhereTheOrderStays) {
 TEST_P(LineSystemOf, IsNearbyWhereTheOrderChanges) {
   MatrixXd places = moving_places(3);
   std::swap(places(0, 2), places(1, 2));
-  const MatrixXd weights = MatrixXd::Ones(kCount, 3);
-  const VectorXd noise = VectorXd::Constant(kCount, 0.5);
+  const MatrixXd weights = MatrixXd::Ones(kMarkers, 3);
+  const VectorXd noise = VectorXd::Constant(kMarkers, 0.5);
   const LineSystem system(kernel_.terms().front(), places, weights, noise);
   EXPECT_FALSE(system.is_exact());
   const VectorXd right = places.col(0).array().cos();
@@ -99,8 +99,8 @@ TEST(CometricAlongLine, IsThatOfTheDenseMatrix) {
 // The same kernel as a sum of two halves has a dense matrix.
 TEST(RegistrationAlongLine, IsThatOfDenseMatrices) {
   Landmarks source, target;
-  source.points.resize(1, kCount);
-  for (Index a = 0; a < kCount; ++a)
+  source.points.resize(1, kMarkers);
+  for (Index a = 0; a < kMarkers; ++a)
     source.points(a) = static_cast<double>(a) + 0.3 * std::sin(3.0 * static_cast<double>(a));
   target.points = source.points + 2 * (source.points.array() / 10).sin().matrix();
   std::swap(target.points(20), target.points(22));

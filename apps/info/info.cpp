@@ -272,8 +272,8 @@ void print_files_info(const std::vector<std::string>& addresses, const FileInfoO
     print_text("\n");
   }
   if (verbosity() == Verbosity::kQuiet) return;
-  for (std::size_t i = 0; i < files.size(); ++i)
-    for (const std::string& warning : files[i].file.warnings) print_text("note: {}: {}\n", addresses[i], warning);
+  for (const FileFacts& file : files)
+    for (const std::string& warning : file.file.warnings) print_text("note: {}\n", warning);
 }
 
 // ---- of the tables

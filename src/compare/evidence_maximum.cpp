@@ -20,6 +20,9 @@ constexpr double kMostStencil = 0.7, kLeastStencil = 1e-3;  // of x, whatever th
 // Of the metric's: the linear models' curvature is right to a factor of a few, or the number is not determined.
 constexpr double kLeastOfMetric = 0.1, kMostOfMetric = 100;
 constexpr int kMostSteps = 8, kMostHalvings = 4;
+// Nats that the stencil's slope may promise where the evidence itself no longer rises: a third derivative, which it has
+// half of, promised 0.02 of six shapes of five landmarks about their mean, whose width is hardly determined.
+constexpr double kPromised = 0.1;
 constexpr double kLongest = 1;   // of a step of Newton's method, in each coordinate: a factor e
 constexpr int kMostOutward = 6;  // places at which an end is sought
 constexpr double kAtEnd = 0.1;   // nats: within 0.05 deviations of an end
@@ -97,14 +100,18 @@ std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, con
   for (int count = 0; count < kMostSteps; ++count) {
     const LocalEvidence& here = best.local;
     VectorXd step = newton_step(here.slope, here.x, box, kLongest);
-    best.converged = 0.5 * here.slope.gradient.dot(box.clipped(here.x + step) - here.x) < kAtMaximum;
+    const double promised = 0.5 * here.slope.gradient.dot(box.clipped(here.x + step) - here.x);
+    best.converged = promised < kAtMaximum;
     if (best.converged) return best;
     std::optional<VectorXd> next;
+    bool are_known = true;
     for (int halving = 0; halving < kMostHalvings && !next; ++halving, step /= 2) {
       const VectorXd to = box.clipped(here.x + step);
       const std::optional<Evidence> there = evidence(to);
+      are_known = are_known && there.has_value();
       if (there && there->value > here.here.value) next = to;
     }
+    best.converged = !next && are_known && promised < kPromised;
     if (!next) break;
     std::optional<LocalEvidence> risen = evidence_about(evidence, *next, metric, box);
     if (!risen) break;

@@ -32,7 +32,8 @@ struct LocalEvidence {
 std::optional<LocalEvidence> evidence_about(const EvidenceAt& evidence, const Eigen::VectorXd& x,
                                             const Eigen::MatrixXd& metric, const Box& box);
 
-/// By Newton's method. @param converged whether a further step would gain less than kAtMaximum
+/// By Newton's method. @param converged whether a further step would gain less than kAtMaximum, or none of its halves
+/// gains anything where the slope promises little
 struct EvidenceMaximum {
   LocalEvidence local;
   bool converged = false;

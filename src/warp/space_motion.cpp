@@ -16,9 +16,9 @@ constexpr int kMaxNewton = 50;
 constexpr int kMaxTurns = 400;
 constexpr double kContraction = 0.95;
 constexpr double kRoundOff = 1e-14;  // of the size of the coordinates
-// Newton's method squares a correction, beside lengths over which the map bends: below this, of the size of the
-// coordinates, round-off comes next, so long as these are no shorter than a hundredth of that size.
-constexpr double kLastCorrection = 1e-8;
+// Newton's method squares a correction: after one below this, of the size of the coordinates, comes round-off. The
+// gradient is that before the correction, and as near.
+constexpr double kLastCorrection = 1e-11;
 
 double round_off(const Points& x) { return kRoundOff * std::max(x.cwiseAbs().maxCoeff(), 1e-300); }
 

@@ -288,7 +288,7 @@ TEST_F(PathsOfProgram, AreEitherReadOrWritten) {
                                                        {"completion", "completion bash"}};
   const std::set<std::string> inputs = {"--config", "--weights",  "--covariances", "--image", "--mesh",
                                         "--tree",   "--from",     "--like",        "--links", "--shape",
-                                        "--source", "--template", "--momenta"};
+                                        "--source", "--template", "--momenta",     "--data"};
   for (const std::string& verb : verbs()) {
     ASSERT_TRUE(smallest.contains(verb)) << verb;
     for (const HelpOption& option : options_of(verb)) {

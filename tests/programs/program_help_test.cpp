@@ -144,7 +144,7 @@ TEST_F(HelpOfProgram, TellsWhatIsInAFile) {
 }
 
 TEST_F(HelpOfProgram, TellsWhatIsInSeveralFiles) {
-  write("pair.tps", "LM=2\n0 0\n1 0\nID=ann\nLM=2\n0 0\n0 0\nID=bob\n");
+  write("pair.tps", "LM=2\n0 1\n1 0\nID=ann\nLM=2\n2 1\n1 1\nID=bob\n");
   write("line.csv", "x\n0\nNA\n2\n");
   EXPECT_EQ(printed({"info", "pair.tps", "line.csv"}),
             "pair.tps  2 shapes, landmarks 2 in 2D\n"

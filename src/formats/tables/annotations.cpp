@@ -146,6 +146,8 @@ WrittenLandmarks write_bigwarp(const std::string& path, const LandmarkFile& file
   const std::vector<std::string>& labels = moving.labels.empty() ? fixed.labels : moving.labels;
   if (!moving.labels.empty() && !fixed.labels.empty() && moving.labels != fixed.labels)
     add_once(written.losses, cannot_hold(target, "labels of the second shape that differ from those of the first"));
+  if (std::set<std::string>(labels.begin(), labels.end()).size() < labels.size())
+    add_once(written.losses, cannot_hold(target, "labels that repeat"));
   for (int a = 0; a < moving.count(); ++a) {
     const bool is_whole = moving.points.col(a).allFinite() && fixed.points.col(a).allFinite();
     std::string name = labels.empty() ? fmt::format("Pt-{}", a) : labels[static_cast<std::size_t>(a)];

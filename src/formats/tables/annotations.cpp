@@ -148,16 +148,17 @@ WrittenLandmarks write_bigwarp(const std::string& path, const LandmarkFile& file
     add_once(written.losses, cannot_hold(target, "labels of the second shape that differ from those of the first"));
   if (std::set<std::string>(labels.begin(), labels.end()).size() < labels.size())
     add_once(written.losses, cannot_hold(target, "labels that repeat"));
+  bool has_broken_lines = false;
   for (int a = 0; a < moving.count(); ++a) {
     const bool is_whole = moving.points.col(a).allFinite() && fixed.points.col(a).allFinite();
-    std::string name = labels.empty() ? fmt::format("Pt-{}", a) : labels[static_cast<std::size_t>(a)];
-    for (std::size_t at = name.find('"'); at != std::string::npos; at = name.find('"', at + 2)) name.insert(at, 1, '"');
-    written.text += fmt::format(R"("{}","{}")", name, is_whole);
+    const std::string name = labels.empty() ? fmt::format("Pt-{}", a) : labels[static_cast<std::size_t>(a)];
+    written.text += fmt::format(R"({},"{}")", text::csv_quoted(one_line(name, has_broken_lines)), is_whole);
     for (const Landmarks* shape : {&moving, &fixed})
       for (const double value : shape->points.col(a))
         written.text += std::isnan(value) ? R"(,"Infinity")" : fmt::format(R"(,"{}")", value);
     written.text += '\n';
   }
+  if (has_broken_lines) add_once(written.losses, cannot_hold_breaks(target));
   return written;
 }
 

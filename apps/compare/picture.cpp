@@ -157,11 +157,18 @@ charts::ChartPanel noise_displacements(const compare::Comparison& comparison) {
   return panel;
 }
 
+// Without what stands in brackets, for a title of one line.
+std::string without_brackets(std::string text) {
+  for (std::size_t open = text.find(" ("); open != std::string::npos; open = text.find(" (", open))
+    text.erase(open, text.find(')', open) - open + 1);
+  return text;
+}
+
 }  // namespace
 
 charts::Chart comparison_chart(const compare::Comparison& comparison) {
   charts::Chart chart{
-      .title = as_title(headline(comparison)),
+      .title = as_title(without_brackets(headline(comparison))),
       .subtitle = fmt::format("{} shape{} of {} landmarks, {}, {}", comparison.cohort.targets.size(),
                               comparison.cohort.targets.size() == 1 ? "" : "s", comparison.cohort.source.count(),
                               kernel_words(comparison.settings), sigma_words(comparison.settings)),

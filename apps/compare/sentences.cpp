@@ -53,6 +53,7 @@ std::string found(const Comparison& comparison) {
 std::string certainty(const Comparison& comparison) {
   const std::vector<ModelRow> rows = ranked_rows(comparison);
   if (rows.size() < 2) return "How sure: one model alone has no rival";
+  if (comparison.cohort.targets.size() == 1) return "How sure: of the paths alone, as evidence needs several shapes";
   const ComparedModel& second = *rows[1].model;
   const double error = second.difference.standard_error;
   std::string text = fmt::format(

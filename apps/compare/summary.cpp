@@ -78,6 +78,22 @@ std::string verdict_of_geodesic(const compare::Comparison& comparison) {
                      counted(shapes, "shape"), limit, shapes_needed(shapes, greatest, kEnough));
 }
 
+// By the paths that lead there, and their cost: evidence does not tell models apart from one shape.
+std::string verdict_of_one_shape(const std::vector<ModelRow>& rows) {
+  std::vector<std::string> matching, others;
+  for (const ModelRow& row : rows) {
+    const compare::ComparedModel& model = *row.model;
+    const std::string name = shortened_spec(model.noise);
+    if (model.paths && model.paths->matched == 1)
+      matching.push_back(fmt::format("{} at cost {:.3g}", name, model.paths->total.value));
+    else
+      (model.matched == 1 ? matching : others).push_back(name);
+  }
+  if (matching.empty() || others.empty()) return "one shape does not tell noise models apart; several would";
+  return fmt::format("one shape, to which no path of {} leads, but of {}", fmt::join(others, ", "),
+                     fmt::join(matching, ", "));
+}
+
 using Rows = std::vector<std::vector<std::string>>;
 
 // Specifications of noise in the first column without digits that are not read.
@@ -120,6 +136,7 @@ std::string verdict(const compare::Comparison& comparison) {
   const std::string& best = rows.front().model->noise;
   if (rows.size() == 1) return fmt::format("only one model: {}", best);
   if (!differ_beyond_sigma(comparison)) return kNothingToTell;
+  if (comparison.cohort.targets.size() == 1) return verdict_of_one_shape(rows);
   std::vector<std::string> equal;
   for (std::size_t i = 1; i < rows.size(); ++i)
     if (!is_behind(*rows[i].model)) equal.push_back(shortened_spec(rows[i].model->noise));

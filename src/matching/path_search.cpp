@@ -397,7 +397,7 @@ namespace {
 
 PathSolution search_from(const MatchingProblem& problem, const MinimiseOptions& options, const StepFields& start,
                          Finish finish) {
-  // Along a line matrices cost nothing: sweeps do.
+  // The equations of the path take matrices; along a line the search below does without, by sweeps.
   if (!sweeps_along_line(problem.system.kernel, noise_cometric(*problem.system.noise, problem.source), problem.source))
     if (std::optional<PathSolution> found = solve_path_equations(problem, options, start)) return std::move(*found);
   return PathSearch(problem, options).run(&start, finish);

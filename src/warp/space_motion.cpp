@@ -194,7 +194,8 @@ bool SpatialStep::backward_by_newton(Tracers& points) const {
   const MatrixXd identity = MatrixXd::Identity(d, d).reshaped().replicate(1, goal.cols());
   const SpaceStep back = reversed(step_);
   Tracers near{goal, {}};
-  Points x = SpatialStep(system_, back).forward(near, {}) ? std::move(near.x) : goal;
+  Points x = goal;
+  if (SpatialStep(system_, back).forward(near, {})) x = std::move(near.x);
   for (int turn = 0; turn < kMaxNewton; ++turn) {
     Tracers moved{x, identity};
     if (!forward(moved, {})) return false;

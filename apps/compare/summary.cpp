@@ -47,10 +47,9 @@ bool is_geodesic(const compare::CohortFit& fit) {
 
 // Where σ is fitted, too, a noise of the same effect is a part of it.
 bool is_part_of_sigma(const compare::Comparison& comparison, const compare::CohortFit& fit) {
-  constexpr double kConfounded = 0.9;  // as in the note of it
   return comparison.settings.fit_sigma &&
          std::any_of(fit.fitted.begin(), fit.fitted.end(), [](const compare::FittedNumber& number) {
-           return number.name != "lambda" && number.correlation_with_sigma > kConfounded;
+           return number.acts_as_sigma() && number.correlation_with_sigma > 0;
          });
 }
 

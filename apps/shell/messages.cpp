@@ -324,7 +324,7 @@ Interrupt::Interrupt() {
 Interrupt::~Interrupt() {
   --interrupts;
   if (host() != nullptr) return;
-  if (ranks::are_of_mpirun() && came()) return;  // SIGTERM is still to come, while the results are written
+  if (ranks::are_of_mpirun() && signalled != 0) return;  // SIGTERM is still to come, while the results are written
   handle_with(SIG_DFL);
   if (ranks::are_of_mpirun()) std::signal(SIGCONT, SIG_DFL);
 }

@@ -14,6 +14,7 @@ inline constexpr double kFewEffective = 0.1;
 inline bool are_enough(double effective_samples, int samples) {
   return samples > 0 && effective_samples >= kFewEffective * samples;
 }
+inline bool is_sampled(const ShapeFit& shape) { return are_enough(shape.effective_samples, shape.samples); }
 
 /// The evidence of one shape by importance sampling, see sample_shape().
 struct ImportanceEstimate {

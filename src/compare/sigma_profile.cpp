@@ -24,10 +24,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kPlacesASide = 2;
-constexpr double kFactor = 2;         // of σ at the ends
-constexpr double kDecisive = 3;       // nats, and two standard errors: as of the verdict
-constexpr int kMostTurnsAtSigma = 3;  // of numbers and matches at one σ
-constexpr int kBorderCuts = 20;       // halvings between two places: to 1e-6
+constexpr double kFactor = 2;                          // of σ at the ends
+constexpr double kDecisive = 3;                        // nats, and two standard errors: as of the verdict
+constexpr int kMostTurnsAtSigma = 3;                   // of numbers and matches at one σ
+constexpr auto kEffort = CohortModel::Effort::kRough;  // to 0.01 nat a shape, far below what decides
+constexpr int kBorderCuts = 20;                        // halvings between two places: to 1e-6
 
 bool is_none(const ComparedModel& model) { return model.noise == "none"; }
 
@@ -45,7 +46,7 @@ class Walk {
     }
     start_ = model_.place(values);
     held_ = model_.count() - 1;
-    about_ = settled(start_[held_], model_.match(start_, nullptr));
+    about_ = settled(start_[held_], model_.match(start_, nullptr, kEffort));
     at_fit_ = about_->log_evidence;
   }
 
@@ -53,7 +54,7 @@ class Walk {
   Matches at(double place, const Matches& near) const {
     VectorXd x = near.x;
     x[held_] = place;
-    return settled(place, model_.match(model_.box().clipped(x), &near));
+    return settled(place, model_.match(model_.box().clipped(x), &near, kEffort));
   }
 
   const Matches& about() const { return *about_; }
@@ -77,7 +78,7 @@ class Walk {
         const BoxMaximum there = maximise_in_box(
             [&](const VectorXd& x) { return model_.linear_value(best, x); },
             [&](const VectorXd& x) { return model_.linear_evidence(best, x).slope; }, box, box.clipped(best.x));
-        Matches next = model_.match(there.x, &best);
+        Matches next = model_.match(there.x, &best, kEffort);
         const double gain = next.log_evidence - best.log_evidence;
         if (gain > 0) best = std::move(next);
         constexpr double kGain = 0.05;  // nats: far below what decides

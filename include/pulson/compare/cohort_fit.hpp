@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -62,6 +63,9 @@ struct FittedNumber {
   /// Correlation with the logarithm of σ if σ were fitted too and all other parameters known, from Fisher's
   /// information: ±1 where the data cannot distinguish the two.
   double correlation_with_sigma = 0;
+  /// Whether the data hardly tell a number of the noise from σ: beyond a correlation of 0.9 less than a fifth of the
+  /// information on it is left where σ is fitted, too (1 − 0.9²).
+  bool acts_as_sigma() const { return name != "lambda" && std::abs(correlation_with_sigma) > 0.9; }
   /// Interval of 90 %: where the evidence, maximised over the other numbers, is at most 1.35 nats below its maximum,
   /// less near a bound; wider by what the samples leave uncertain. NaN where the deviation is, unless the number
   /// vanishes.

@@ -1,4 +1,4 @@
-"""Messages, signals, threads, memory, noise of one's own, what notebooks show."""
+"""Messages, signals, threads, memory, what notebooks show."""
 
 import _thread
 import doctest
@@ -155,61 +155,6 @@ class Host(InFolder):
         self.assertLess(resident() - before, 2_000_000)
 
 
-class Models(InFolder):
-    def test_own_noise_is_the_built_in_one(self):
-        beta = 0.3
-        own = pulson.OwnNoise(lambda q, p: beta * p.ravel(), lambda q, p, w: (0 * q, beta * w.reshape(p.shape)),
-                              lambda q, p, w, dq, dp: (0 * q, 0 * p), like=Q)
-        target = Q[[1, 0, 2]]
-        ours = pulson.register(Q, target, noise=own, lambda_=1, align="none", kernel="gaussian:alpha=1")
-        theirs = pulson.register(Q, target, noise=f"ch-sd:beta={beta}", lambda_=1, align="none", kernel="gaussian:alpha=1")
-        np.testing.assert_allclose(ours.momenta, theirs.momenta, rtol=1e-6, atol=1e-8)
-        np.testing.assert_allclose(ours.increments, theirs.increments, rtol=1e-6, atol=1e-8)
-        paths = [pulson.simulate(shape=Q, momenta=P, noise=noise, kernel="gaussian:alpha=1", time=0.2, samples=2)
-                 for noise in (own, f"ch-sd:beta={beta}")]
-        np.testing.assert_allclose(paths[0].q, paths[1].q, rtol=1e-12)
-
-    def test_differences_in_place_of_derivatives(self):
-        width, beta = 0.8, 0.2
-        centre = np.array([0.3, 0.4])
-
-        def potentials(q, p):
-            bump = np.exp(-((q - centre)**2).sum(1) / width**2)
-            return beta * (bump[:, None] * p).sum(0)
-
-        own = pulson.OwnNoise(potentials, like=Q)
-        self.assertTrue(own.traits["compensated"] and own.traits["linear"] and own.traits["moves_momenta"])
-        spec = "p-sd:beta=0.2,fields=bump,center=0.3/0.4,width=0.8"
-        paths = [pulson.simulate(shape=Q, momenta=P, noise=noise, kernel="gaussian:alpha=1", time=0.2)
-                 for noise in (own, spec)]
-        np.testing.assert_allclose(paths[0].q, paths[1].q, atol=1e-6)
-        np.testing.assert_allclose(paths[0].p, paths[1].p, atol=1e-6)
-
-    def test_wrong_derivatives_are_refused(self):
-        with self.assertRaisesRegex(ValueError, "gradient differs"):
-            pulson.OwnNoise(lambda q, p: p.ravel(), lambda q, p, w: (0 * q, 2 * w.reshape(p.shape)), like=Q)
-        with self.assertRaisesRegex(ValueError, "affine"):
-            pulson.OwnNoise(lambda q, p: (p**2).ravel(), like=Q)
-        with self.assertRaisesRegex(ZeroDivisionError, "zero"):
-            pulson.OwnNoise(lambda q, p: 1 / 0, like=Q)
-        own = pulson.OwnNoise(lambda q, p: p.ravel(), like=Q)
-        with self.assertRaisesRegex(ValueError, "3 landmarks"):
-            pulson.simulate(shape=Q[:2], noise=own)
-
-    def test_an_error_in_a_callback_is_raised(self):
-        fails = []
-
-        def potentials(q, p):
-            if fails:
-                raise LookupError("of the model")
-            return p.ravel()
-
-        own = pulson.OwnNoise(potentials, like=Q)
-        fails.append(True)
-        with self.assertRaisesRegex(LookupError, "of the model"):
-            pulson.simulate(shape=Q, noise=own, steps=2)
-
-
 class Shown(InFolder):
     def test_notebooks(self):
         match = pulson.register(sample("leaves.tps") + "#1", sample("leaves.tps") + "#2")
@@ -265,7 +210,7 @@ class Shown(InFolder):
             failed, tried = doctest.testmod(module)
             self.assertEqual(failed, 0)
         finder, runner = doctest.DocTestFinder(), doctest.DocTestRunner()
-        for name in ("Shape", "Kernel", "OwnNoise"):
+        for name in ("Shape", "Kernel", "OwnKernel", "OwnNoise"):
             for test in finder.find(getattr(pulson, name), name, module=False, globs={}):
                 runner.run(test)
         self.assertEqual(runner.summarize().failed, 0)

@@ -14,6 +14,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/kernels/own_kernel.hpp"
 #include "pulson/matching/registration.hpp"
+#include "pulson/records/records.hpp"
 #include "pulson/warp/material_flow.hpp"
 
 namespace pulson::python {
@@ -22,13 +23,22 @@ namespace pulson::python {
 class Match {
  public:
   Match(matching::Registration registration, std::string record)
+      : Match(std::move(registration), records::RegistrationFacts()) {
+    record_ = std::move(record);
+  }
+  Match(matching::Registration registration, records::RegistrationFacts facts)
       : registration_(std::move(registration)),
-        record_(std::move(record)),
+        facts_(std::move(facts)),
         kernel_(make_kernel(registration_.kernel, registration_.source.points)),
         own_profiles_(own_profiles(kernel_)) {}
 
   const matching::Registration& registration() const { return registration_; }
-  const std::string& record() const { return record_; }
+  /// registration.json
+  const std::string& record() const {
+    const std::lock_guard lock(mutex_);
+    if (record_.empty()) record_ = records::registration_json(registration_, facts_);
+    return record_;
+  }
 
   /// Thread-safe; without the interpreter's lock.
   const warp::MaterialFlow& flow(const std::string& labels) const {
@@ -62,10 +72,11 @@ class Match {
   }
 
   matching::Registration registration_;
-  std::string record_;
+  records::RegistrationFacts facts_;
   KernelOperator kernel_;
   std::vector<std::shared_ptr<const OwnProfile>> own_profiles_;
   mutable std::mutex mutex_;
+  mutable std::string record_;
   mutable std::optional<Trajectory> path_;
   mutable std::map<std::string, std::unique_ptr<const warp::MaterialFlow>> flows_;
 };

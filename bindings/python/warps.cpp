@@ -168,12 +168,9 @@ py::dict warp_image(const std::shared_ptr<Match>& match, const py::object& image
   }
   const auto warped = in_host<WarpedPicture>(
       [&] {
-        WarpArguments arguments;
-        CLI::App options;
-        arguments.add_to(options);
         std::vector<std::string> all = words;
         all.insert(all.end(), {"--out=warped.png", "registration", path});
-        parse_hosted(options, all);
+        auto arguments = hosted_arguments<WarpArguments>(all);
         arguments.input = path;
         if (is_path) picture = read_picture(path, arguments.max_pixels);
         const Registration& registration = match->registration();

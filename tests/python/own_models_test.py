@@ -36,9 +36,9 @@ class OwnKernel(unittest.TestCase):
     def assert_close(self, ours, theirs, tolerance):
         np.testing.assert_allclose(ours, theirs, rtol=0, atol=tolerance * np.abs(theirs).max())
 
-    # The Gaussian's own formula to round-off; by differences to their error, 1e-10 of k.
+    # The Gaussian's own formula to round-off; by differences 3e-13 was measured, and 2e-10 of momenta.
     def each(self):
-        for kernel, tolerance in ((self.exact, 1e-12), (self.first, 1e-8), (self.differences, 1e-8)):
+        for kernel, tolerance in ((self.exact, 1e-12), (self.first, 1e-12), (self.differences, 1e-10)):
             yield f"{kernel}:alpha=0.8", tolerance
 
     def test_simulate_and_shoot(self):

@@ -11,6 +11,7 @@
 
 #include "models.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
 #include "pulson/kernels/own_kernel.hpp"
 #include "shell/host.hpp"
 
@@ -155,6 +156,7 @@ class PythonProfile final : public OwnProfile {
   // Matrices of lattices in space are positive, from spacings at which landmarks are nearly one to such at which they
   // are alone: the spectrum of k is positive up to the frequencies of these.
   void check_definite() const {
+    const SerialBlas serial;
     constexpr int kSide = 5;
     constexpr Index kCount = kSide * kSide * kSide;
     for (const double spacing : {0.25, 0.5, 1.0, 2.0}) {
@@ -204,6 +206,11 @@ py::array gram_of(const KernelOperator& kernel, const py::handle& x, const py::h
     const py::gil_scoped_release others_run;
     matrix = kernel.gram(at, from).transpose();
   }
+  const double missing = std::nan("");  // vector code takes it for far away
+  for (Index i = 0; i < at.cols(); ++i)
+    if (at.col(i).hasNaN()) matrix.col(i).setConstant(missing);
+  for (Index j = 0; j < from.cols(); ++j)
+    if (from.col(j).hasNaN()) matrix.row(j).setConstant(missing);
   return array_of(std::move(matrix));
 }
 
@@ -211,11 +218,14 @@ py::array velocity_of(const KernelOperator& kernel, const py::handle& x, const p
   const Points at = points_of(x, "x"), from = points_of(q, "q"), momenta = points_of(p, "p");
   if (from.rows() != momenta.rows() || from.cols() != momenta.cols() || at.rows() != from.rows())
     throw InputError("x, q and p must have the same number of coordinates, q and p as many landmarks");
+  if (!from.allFinite() || !momenta.allFinite()) throw InputError("q and p must be finite");
   Points field;
   {
     const py::gil_scoped_release others_run;
     field = kernel.apply(at, from, momenta);
   }
+  for (Index i = 0; i < at.cols(); ++i)
+    if (at.col(i).hasNaN()) field.col(i).setConstant(std::nan(""));
   return array_of(std::move(field));
 }
 

@@ -101,18 +101,19 @@ images::Image image_with(const py::array& pixels) {
 images::Image image_of(const py::array& pixels) {
   if (pixels.ndim() < 2 || pixels.ndim() > 3 || pixels.size() == 0)
     throw InputError("image must have the shape (rows, columns) or (rows, columns, channels)");
-  const std::string type = py::str(pixels.dtype()).cast<std::string>();
-  if (type == "uint8") return image_with<std::uint8_t>(pixels);
-  if (type == "bool") return image_with<std::uint8_t>(pixels);
-  if (type == "int8") return image_with<std::int8_t>(pixels);
-  if (type == "uint16") return image_with<std::uint16_t>(pixels);
-  if (type == "int16") return image_with<std::int16_t>(pixels);
-  if (type == "uint32") return image_with<std::uint32_t>(pixels);
-  if (type == "int32") return image_with<std::int32_t>(pixels);
-  if (type == "float32") return image_with<float>(pixels);
-  if (type == "float64") return image_with<double>(pixels);
+  const char kind = pixels.dtype().kind();
+  const auto bytes = pixels.dtype().itemsize();
+  if (kind == 'b' || (kind == 'u' && bytes == 1)) return image_with<std::uint8_t>(pixels);
+  if (kind == 'u' && bytes == 2) return image_with<std::uint16_t>(pixels);
+  if (kind == 'u' && bytes == 4) return image_with<std::uint32_t>(pixels);
+  if (kind == 'i' && bytes == 1) return image_with<std::int8_t>(pixels);
+  if (kind == 'i' && bytes == 2) return image_with<std::int16_t>(pixels);
+  if (kind == 'i' && bytes == 4) return image_with<std::int32_t>(pixels);
+  if (kind == 'f' && bytes <= 4) return image_with<float>(pixels);
+  if (kind == 'f' && bytes == 8) return image_with<double>(pixels);
   throw py::type_error(
-      fmt::format("image is an array of {}; integers of up to 32 bits, float32 or float64 are needed", type));
+      fmt::format("image is an array of {}; integers of up to 32 bits, float32 or float64 are needed",
+                  py::str(pixels.dtype()).cast<std::string>()));
 }
 
 template <class Value>

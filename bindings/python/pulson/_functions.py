@@ -63,8 +63,16 @@ def align(source, target=None, *, align="auto", reflect=False, weights=None):
     """
     if target is None:
         return _pulson._procrustes_mean(shapes_of(source, "source"), align)
-    numbers = None if weights is None else np.ascontiguousarray(weights, dtype=float)
-    return _pulson._align(_points(source, "source"), _points(target, "target"), align, reflect, numbers)
+    points = _points(source, "source")
+    numbers = None if weights is None else _weights(weights, len(points))
+    return _pulson._align(points, _points(target, "target"), align, reflect, numbers)
+
+
+def _weights(value, count):
+    numbers = np.ascontiguousarray(value, dtype=float)
+    if numbers.shape != (count,):
+        raise ValueError(f"weights has the shape {numbers.shape} for {count} landmarks")
+    return numbers
 
 
 def _points(value, name):
@@ -218,9 +226,7 @@ def _register_pair(table, source, target, progress, options):
         weights = None
         for name, value in options.items():
             if name == "weights" and value is not None and not is_path(value):
-                weights = np.ascontiguousarray(value, dtype=float)
-                if weights.shape != (len(source),):
-                    raise ValueError(f"weights has the shape {weights.shape} for {len(source)} landmarks")
+                weights = _weights(value, len(source))
             elif isinstance(value, OwnNoise) and name == "noise":
                 call.own_noise = value
             else:

@@ -27,7 +27,8 @@ Points known_columns(const Points& points, std::vector<Eigen::Index>& known) {
   return points(Eigen::all, known);
 }
 
-// As `warp` moves points that are in the coordinates of the registration's source, or with `inverse` of its target.
+// As `warp` moves points that are in the coordinates of the registration's source, or with `inverse` of its target. The
+// determinants are those of the map from source to target, alignment included.
 Points moved(const Match& match, const Points& points, const std::string& labels, bool inverse, bool with_gradients,
              Eigen::VectorXd& jacobians) {
   const Registration& registration = match.registration();
@@ -51,7 +52,11 @@ Points moved(const Match& match, const Points& points, const std::string& labels
   result(Eigen::all, known) = to.places;
   if (with_gradients) {
     jacobians = Eigen::VectorXd::Constant(points.cols(), std::nan(""));
-    if (!known.empty()) jacobians(known) = to.jacobians();
+    const double aligned = std::pow(alignment.scale, flow.dimension()) * std::abs(alignment.linear.determinant());
+    if (!known.empty()) {
+      const Eigen::ArrayXd of_flow = to.jacobians();
+      jacobians(known) = aligned * (inverse ? Eigen::ArrayXd(of_flow.inverse()) : of_flow).matrix();
+    }
   }
   return result;
 }

@@ -124,7 +124,8 @@ def warp_points(registration, points, *, inverse=False, labels="metric", jacobia
     >>> bool(np.allclose(match.warp_points(match.warp_points([[0.3, 0.4]]), inverse=True), [[0.3, 0.4]]))
     True
 
-    Arrays (M, d) give arrays, a Shape or Shapes the same. With `jacobians` also the determinants, (M,).
+    Arrays (M, d) give arrays, a Shape or Shapes the same. With `jacobians` also the determinants of the map
+    from source to target there, alignment included, (M,).
     """
     match = _match_of(registration)
     if isinstance(points, Shape):

@@ -19,6 +19,7 @@
 #include "register/arguments.hpp"
 #include "register/pair.hpp"
 #include "register/registration_warnings.hpp"
+#include "register/summary.hpp"
 #include "runs.hpp"
 #include "shell/verbs.hpp"
 
@@ -79,11 +80,13 @@ py::dict register_pair(const Landmarks& source, const Landmarks& target, const s
           print_note(fmt::format("mode deterministic does not use the noise '{}'", task.options.noise.spec()));
         if (!pair.facts.finding.empty()) print_warning(pair.facts.finding);
         for (const std::string& text : result_warnings(pair.registration)) print_warning(text);
+        print_registration(pair.registration, pair.facts, arguments.kernel);
         return std::make_shared<Match>(std::move(pair.registration), std::move(pair.facts));
       },
       run);
   py::dict result;
   result["match"] = match;
+  result["printed"] = said.printed;
   result["warnings"] = said.warnings;
   result["notes"] = said.notes;
   return result;

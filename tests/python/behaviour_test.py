@@ -217,24 +217,5 @@ class Shown(InFolder):
         self.assertGreater(runner.summarize().attempted, 3)
 
 
-class Cost(unittest.TestCase):
-    def test_calls_are_short(self):
-        match = pulson.register(Q, Q * [1, 1.2])
-        kernel = pulson.Kernel("gaussian:alpha=1")
-
-        def least(call, times=200):
-            seconds = []
-            for _ in range(times):
-                begin = time.perf_counter()
-                call()
-                seconds.append(time.perf_counter() - begin)
-            return min(seconds)
-
-        match.warp_points(P)
-        self.assertLess(least(lambda: pulson.shoot(Q, P, kernel, steps=1, integrator="rk4")), 50e-6)
-        self.assertLess(least(lambda: match.warp_points(P[:1])), 50e-6 + 20 * 10e-6)
-        self.assertLess(least(lambda: pulson.align(Q, P)), 50e-6)
-
-
 if __name__ == "__main__":
     unittest.main()

@@ -73,7 +73,11 @@ class PythonProfile final : public OwnProfile {
   }
 
   double lipschitz() const override { return lipschitz_; }
-  const std::string& name() const { return name_; }
+
+  template <class See>
+  void show_functions(const See& see) const {
+    for (const py::object* function : {&k_, &first_, &second_}) see(*function);
+  }
 
  private:
   ArrayXd call(const py::object& function, const ArrayXd& s, const char* what) const {
@@ -185,15 +189,26 @@ class PythonProfile final : public OwnProfile {
 
 /// What Python holds: while one lives, specifications know its name.
 struct OwnKernel {
+  std::string name;
   std::shared_ptr<const PythonProfile> profile;
+};
+
+struct ShowFunctions {
+  template <class See>
+  void operator()(const OwnKernel& own, const See& see) const {
+    if (own.profile.use_count() == 1) own.profile->show_functions(see);
+  }
+};
+struct ForgetProfile {
+  void operator()(OwnKernel& own) const { own.profile.reset(); }
 };
 
 std::shared_ptr<OwnKernel> make_own_kernel(const py::object& k, const py::object& first, const py::object& second,
                                            const std::optional<std::string>& given_name) {
   static int count = 0;
   const std::string name = given_name ? *given_name : fmt::format("own{}", ++count);
-  auto own = std::make_shared<OwnKernel>();
-  own->profile = std::make_shared<const PythonProfile>(k, first, second, name);
+  auto own =
+      std::make_shared<OwnKernel>(OwnKernel{name, std::make_shared<const PythonProfile>(k, first, second, name)});
   name_kernel(name, own->profile);
   return own;
 }
@@ -263,7 +278,8 @@ array([[1.    , 0.3679]])
       .def("__str__", [](const KernelOperator& self) { return self.spec(); })
       .def("__repr__", [](const KernelOperator& self) { return fmt::format("Kernel('{}')", self.spec(6)); });
 
-  py::class_<OwnKernel, std::shared_ptr<OwnKernel>>(module, "OwnKernel", R"(A kernel of one's own.
+  py::class_<OwnKernel, std::shared_ptr<OwnKernel>>(
+      module, "OwnKernel", collected<OwnKernel>(ShowFunctions{}, ForgetProfile{}), R"(A kernel of one's own.
 
 K = k(s) of s = r^2/alpha^2, with k(0) = 1. `k(s)` gets an array (M,) and returns one; `first(s)` and `second(s)` are
 its derivatives by s. Those that are not given are central differences; those that are, are compared with them when
@@ -277,9 +293,9 @@ array([[1. , 0.5]])
 )")
       .def(py::init(&make_own_kernel), py::arg("k"), py::arg("first") = py::none(), py::arg("second") = py::none(),
            py::kw_only(), py::arg("name") = py::none())
-      .def_property_readonly("name", [](const OwnKernel& self) { return self.profile->name(); })
-      .def("__str__", [](const OwnKernel& self) { return self.profile->name(); })
-      .def("__repr__", [](const OwnKernel& self) { return fmt::format("<OwnKernel '{}'>", self.profile->name()); });
+      .def_property_readonly("name", [](const OwnKernel& self) { return self.name; })
+      .def("__str__", [](const OwnKernel& self) { return self.name; })
+      .def("__repr__", [](const OwnKernel& self) { return fmt::format("<OwnKernel '{}'>", self.name); });
 }
 
 }  // namespace pulson::python

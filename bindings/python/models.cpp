@@ -31,7 +31,7 @@ constexpr double kStep = 4e-3;
 
 /// A model whose potentials, and as many of their derivatives as its author has, are functions in Python of q and p,
 /// (N, d). Its traits are measured at a state.
-class OwnNoise final : public NoiseModel {
+class OwnNoise final : public NoiseModel, public std::enable_shared_from_this<OwnNoise> {
  public:
   OwnNoise(py::object potentials, py::object gradient, py::object hessian, const Points& like, std::string name)
       : potentials_(std::move(potentials)),
@@ -92,6 +92,12 @@ class OwnNoise final : public NoiseModel {
 
   void add_to(const SpaceSums<double>&) const override {}
   void add_to(const SpaceSums<Dual>&) const override {}
+
+  template <class See>
+  void show_functions(const See& see) const {
+    for (const py::object* function : {&potentials_, &gradient_, &hessian_}) see(*function);
+  }
+  void forget_functions() { potentials_ = gradient_ = hessian_ = py::none(); }
 
   py::dict traits_dict() const {
     py::dict facts;
@@ -283,6 +289,16 @@ class OwnNoise final : public NoiseModel {
   NoiseTraits traits_{.displacement = Displacement::landmarks(), .additive = false};  // until it is measured
 };
 
+struct ShowNoiseFunctions {
+  template <class See>
+  void operator()(const OwnNoise& own, const See& see) const {
+    if (own.weak_from_this().use_count() == 1) own.show_functions(see);
+  }
+};
+struct ForgetNoiseFunctions {
+  void operator()(OwnNoise& own) const { own.forget_functions(); }
+};
+
 }  // namespace
 
 std::shared_ptr<const NoiseModel> noise_of(const py::handle& value, const Points& q) {
@@ -295,7 +311,8 @@ std::shared_ptr<const NoiseModel> noise_of(const py::handle& value, const Points
 
 void add_noise_models(py::module_& module) {
   py::class_<NoiseModel, std::shared_ptr<NoiseModel>>(module, "_NoiseModel").def("__str__", &NoiseModel::spec);
-  py::class_<OwnNoise, NoiseModel, std::shared_ptr<OwnNoise>>(module, "OwnNoise", R"(A noise model of one's own.
+  py::class_<OwnNoise, NoiseModel, std::shared_ptr<OwnNoise>>(
+      module, "OwnNoise", collected<OwnNoise>(ShowNoiseFunctions{}, ForgetNoiseFunctions{}), R"(A noise model of one's own.
 
 Landmarks follow dq = H_p dt + sum_i h_i,p dW_i, dp = -H_q dt - sum_i h_i,q dW_i. `potentials(q, p)` returns the h_i,
 (C,), affine in p; `gradient(q, p, w)` the derivatives of sum_i w_i h_i by q and by p, and `hessian(q, p, w, dq, dp)`

@@ -1,9 +1,11 @@
 """Kernels and noise models written in Python."""
 
+import gc
 import threading
 import traceback
 import unittest
 import warnings
+import weakref
 
 import numpy as np
 import pulson
@@ -123,6 +125,23 @@ class OwnKernel(unittest.TestCase):
         del match
         with self.assertRaisesRegex(ValueError, "unknown kernel 'bell'"):
             pulson._pulson._read_match(record, "record")
+
+    # Functions know the names around the object that holds them.
+    def test_cycles_are_collected(self):
+        scope = {"np": np, "pulson": pulson, "Q": Q}
+        exec("def k(s):\n    return 1 / (1 + s)\n\ncyclic = pulson.OwnKernel(k, name='cyclic')\n"
+             "noise = pulson.OwnNoise(lambda q, p: p.ravel(), like=Q)\nk.seen = noise", scope)
+        seen = weakref.ref(scope["k"])
+        match = pulson.register(Q, TARGET, kernel="cyclic:alpha=1")
+        scope.clear()
+        gc.collect()
+        self.assertIsNotNone(seen())
+        match.warp_points(P)
+        del match
+        gc.collect()
+        with self.assertRaisesRegex(ValueError, "unknown kernel"):
+            pulson.Kernel("cyclic:alpha=1")
+        self.assertIsNone(seen())
 
     def test_an_error_in_a_callback_is_python_s(self):
         broken = []

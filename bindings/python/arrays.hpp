@@ -43,6 +43,7 @@ std::string in_python_words(const std::string& message);
 void add_shapes(py::module_& module);
 void add_runs(py::module_& module);
 void add_registrations(py::module_& module);
-void add_models(py::module_& module);
+void add_kernels(py::module_& module);
+void add_noise_models(py::module_& module);
 
 }  // namespace pulson::python

@@ -6,9 +6,15 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
+
+#include <fmt/format.h>
 
 #include "arrays.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/kernels/own_kernel.hpp"
 #include "pulson/matching/registration.hpp"
+#include "pulson/records/records.hpp"
 #include "pulson/warp/material_flow.hpp"
 
 namespace pulson::python {
@@ -17,14 +23,27 @@ namespace pulson::python {
 class Match {
  public:
   Match(matching::Registration registration, std::string record)
-      : registration_(std::move(registration)), record_(std::move(record)) {}
+      : Match(std::move(registration), records::RegistrationFacts()) {
+    record_ = std::move(record);
+  }
+  Match(matching::Registration registration, records::RegistrationFacts facts)
+      : registration_(std::move(registration)),
+        facts_(std::move(facts)),
+        kernel_(make_kernel(registration_.kernel, registration_.source.points)),
+        own_profiles_(own_profiles(kernel_)) {}
 
   const matching::Registration& registration() const { return registration_; }
-  const std::string& record() const { return record_; }
+  /// registration.json
+  const std::string& record() const {
+    const std::lock_guard lock(mutex_);
+    if (record_.empty()) record_ = records::registration_json(registration_, facts_);
+    return record_;
+  }
 
   /// Thread-safe; without the interpreter's lock.
   const warp::MaterialFlow& flow(const std::string& labels) const {
     const std::lock_guard lock(mutex_);
+    require_same_kernel();
     std::unique_ptr<const warp::MaterialFlow>& flow = flows_[labels];
     if (!flow)
       flow = std::make_unique<const warp::MaterialFlow>(registration_system(registration_), path_locked(),
@@ -39,13 +58,25 @@ class Match {
 
  private:
   const Trajectory& path_locked() const {
+    require_same_kernel();
     if (!path_) path_ = replay(registration_);
     return *path_;
   }
 
+  // Names of kernels of one's own may have passed on.
+  void require_same_kernel() const {
+    if (own_profiles_.empty()) return;
+    if (own_profiles(make_kernel(registration_.kernel, registration_.source.points)) != own_profiles_)
+      throw InputError(fmt::format("the name in kernel '{}' means another kernel than when this registration was made",
+                                   shortened_spec(registration_.kernel)));
+  }
+
   matching::Registration registration_;
-  std::string record_;
+  records::RegistrationFacts facts_;
+  KernelOperator kernel_;
+  std::vector<std::shared_ptr<const OwnProfile>> own_profiles_;
   mutable std::mutex mutex_;
+  mutable std::string record_;
   mutable std::optional<Trajectory> path_;
   mutable std::map<std::string, std::unique_ptr<const warp::MaterialFlow>> flows_;
 };

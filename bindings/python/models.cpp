@@ -1,4 +1,4 @@
-// Kernels, and noise models written in Python.
+// Noise models written in Python.
 
 #include "models.hpp"
 
@@ -16,20 +16,6 @@
 namespace pulson::python {
 namespace {
 
-thread_local int callbacks = 0;
-
-// The interpreter's lock, for a call from any thread.
-class Callback {
- public:
-  Callback() { ++callbacks; }
-  ~Callback() { --callbacks; }
-  Callback(const Callback&) = delete;
-  Callback& operator=(const Callback&) = delete;
-
- private:
-  py::gil_scoped_acquire lock_;
-};
-
 // (N, d) of d×N; the function that gets it may keep it.
 py::array copy_of(const Points& points) { return array_of(Points(points)); }
 
@@ -43,15 +29,9 @@ double size_of(const State& a) { return std::sqrt(a.q.squaredNorm() + a.p.square
 // differences of differences still have ten digits.
 constexpr double kStep = 4e-3;
 
-// f'(0) of f(-2t), f(-t), f(t), f(2t)
-template <class Value>
-Value slope_of(const Value& minus2, const Value& minus1, const Value& plus1, const Value& plus2, double t) {
-  return ((minus2 - plus2) + 8 * (plus1 - minus1)) / (12 * t);
-}
-
 /// A model whose potentials, and as many of their derivatives as its author has, are functions in Python of q and p,
 /// (N, d). Its traits are measured at a state.
-class OwnNoise final : public NoiseModel {
+class OwnNoise final : public NoiseModel, public std::enable_shared_from_this<OwnNoise> {
  public:
   OwnNoise(py::object potentials, py::object gradient, py::object hessian, const Points& like, std::string name)
       : potentials_(std::move(potentials)),
@@ -113,6 +93,12 @@ class OwnNoise final : public NoiseModel {
   void add_to(const SpaceSums<double>&) const override {}
   void add_to(const SpaceSums<Dual>&) const override {}
 
+  template <class See>
+  void show_functions(const See& see) const {
+    for (const py::object* function : {&potentials_, &gradient_, &hessian_}) see(*function);
+  }
+  void forget_functions() { potentials_ = gradient_ = hessian_ = py::none(); }
+
   py::dict traits_dict() const {
     py::dict facts;
     facts["channels"] = channels_;
@@ -169,7 +155,7 @@ class OwnNoise final : public NoiseModel {
   }
 
   Eigen::VectorXd h(const State& at) const {
-    if (host() != nullptr && host()->interrupted()) throw HostStopped();
+    look_for_stop();
     const Callback python;
     const Doubles values = doubles_of(potentials_(copy_of(at.q), copy_of(at.p)), "what potentials returns");
     if (values.ndim() != 1 || (channels_ >= 0 && values.size() != channels_))
@@ -303,14 +289,17 @@ class OwnNoise final : public NoiseModel {
   NoiseTraits traits_{.displacement = Displacement::landmarks(), .additive = false};  // until it is measured
 };
 
+struct ShowNoiseFunctions {
+  template <class See>
+  void operator()(const OwnNoise& own, const See& see) const {
+    if (own.weak_from_this().use_count() == 1) own.show_functions(see);
+  }
+};
+struct ForgetNoiseFunctions {
+  void operator()(OwnNoise& own) const { own.forget_functions(); }
+};
+
 }  // namespace
-
-bool is_in_callback() { return callbacks > 0; }
-
-KernelOperator kernel_of(const py::handle& value, const Points& q) {
-  if (py::isinstance<KernelOperator>(value)) return value.cast<KernelOperator>();
-  return make_kernel(py::str(value).cast<std::string>(), q);
-}
 
 std::shared_ptr<const NoiseModel> noise_of(const py::handle& value, const Points& q) {
   if (value.is_none()) return make_noise("none");
@@ -320,39 +309,10 @@ std::shared_ptr<const NoiseModel> noise_of(const py::handle& value, const Points
   return make_noise(py::str(value).cast<std::string>(), shape);
 }
 
-void add_models(py::module_& module) {
-  py::class_<KernelOperator>(module, "Kernel", R"(A kernel, by its specification; `pulson info kernels` lists them.
-
->>> import pulson
->>> kernel = pulson.Kernel("gaussian:alpha=0.5")
->>> kernel.gram([[0, 0]], [[0, 0], [0.5, 0]]).round(4)
-array([[1.    , 0.3679]])
-)")
-      .def(py::init([](const std::string& spec, const py::object& source) {
-             return make_kernel(spec, source.is_none() ? Points() : points_of(source, "source"));
-           }),
-           py::arg("spec"), py::arg("source") = py::none())
-      .def_property_readonly("spec", [](const KernelOperator& self) { return self.spec(); })
-      .def(
-          "gram",
-          [](const KernelOperator& self, const py::handle& x, const py::handle& y) {
-            return array_of(Eigen::MatrixXd(self.gram(points_of(x, "x"), points_of(y, "y")).transpose()));
-          },
-          "K(x_i - y_j), (M, N)", py::arg("x"), py::arg("y"))
-      .def(
-          "velocity",
-          [](const KernelOperator& self, const py::handle& x, const py::handle& q, const py::handle& p) {
-            const Points at = points_of(x, "x"), from = points_of(q, "q"), momenta = points_of(p, "p");
-            if (from.rows() != momenta.rows() || from.cols() != momenta.cols() || at.rows() != from.rows())
-              throw InputError("x, q and p must have the same number of coordinates, q and p as many landmarks");
-            return array_of(self.apply(at, from, momenta));
-          },
-          "sum_j K(x_i - q_j) p_j, (M, d)", py::arg("x"), py::arg("q"), py::arg("p"))
-      .def("__str__", [](const KernelOperator& self) { return self.spec(); })
-      .def("__repr__", [](const KernelOperator& self) { return fmt::format("Kernel('{}')", self.spec(6)); });
-
+void add_noise_models(py::module_& module) {
   py::class_<NoiseModel, std::shared_ptr<NoiseModel>>(module, "_NoiseModel").def("__str__", &NoiseModel::spec);
-  py::class_<OwnNoise, NoiseModel, std::shared_ptr<OwnNoise>>(module, "OwnNoise", R"(A noise model of one's own.
+  py::class_<OwnNoise, NoiseModel, std::shared_ptr<OwnNoise>>(
+      module, "OwnNoise", collected<OwnNoise>(ShowNoiseFunctions{}, ForgetNoiseFunctions{}), R"(A noise model of one's own.
 
 Landmarks follow dq = H_p dt + sum_i h_i,p dW_i, dp = -H_q dt - sum_i h_i,q dW_i. `potentials(q, p)` returns the h_i,
 (C,), affine in p; `gradient(q, p, w)` the derivatives of sum_i w_i h_i by q and by p, and `hessian(q, p, w, dq, dp)`

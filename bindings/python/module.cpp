@@ -29,7 +29,8 @@ void translate(std::exception_ptr failure) {
 PYBIND11_MODULE(_pulson, module) {
   py::register_exception_translator(&translate);
   pulson::python::add_shapes(module);
-  pulson::python::add_models(module);
+  pulson::python::add_kernels(module);
+  pulson::python::add_noise_models(module);
   pulson::python::add_runs(module);
   pulson::python::add_registrations(module);
   module.attr("__version__") = pulson::version();

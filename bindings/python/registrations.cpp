@@ -19,6 +19,7 @@
 #include "register/arguments.hpp"
 #include "register/pair.hpp"
 #include "register/registration_warnings.hpp"
+#include "register/summary.hpp"
 #include "runs.hpp"
 #include "shell/verbs.hpp"
 
@@ -61,12 +62,9 @@ py::dict register_pair(const Landmarks& source, const Landmarks& target, const s
   const RunOptions run{std::move(progress), true, &said};
   auto match = in_host<std::shared_ptr<Match>>(
       [&] {
-        RegisterArguments arguments;
-        CLI::App options;
-        arguments.add_to(options);
         std::vector<std::string> all = words;
         all.insert(all.end(), {"--out=-", "source", "target"});
-        parse_hosted(options, all);
+        const auto arguments = hosted_arguments<RegisterArguments>(all);
         Progress shown;
         PairTask task = pair_task(arguments, source, target, {}, shown);
         if (own_weights.size() > 0) task.options.data.weights = own_weights;
@@ -82,12 +80,13 @@ py::dict register_pair(const Landmarks& source, const Landmarks& target, const s
           print_note(fmt::format("mode deterministic does not use the noise '{}'", task.options.noise.spec()));
         if (!pair.facts.finding.empty()) print_warning(pair.facts.finding);
         for (const std::string& text : result_warnings(pair.registration)) print_warning(text);
-        std::string record = registration_json(pair.registration, pair.facts);
-        return std::make_shared<Match>(std::move(pair.registration), std::move(record));
+        print_registration(pair.registration, pair.facts, arguments.kernel);
+        return std::make_shared<Match>(std::move(pair.registration), std::move(pair.facts));
       },
       run);
   py::dict result;
   result["match"] = match;
+  result["printed"] = said.printed;
   result["warnings"] = said.warnings;
   result["notes"] = said.notes;
   return result;
@@ -181,7 +180,11 @@ void add_registrations(py::module_& module) {
           "original",
           [](const py::object& self) { return view_of(self.cast<Match&>().registration().original.points, self); })
       .def_property_readonly("distances", [](const Match& self) { return array_of(self.registration().distances()); })
-      .def_property_readonly("record_text", &Match::record)
+      .def_property_readonly("record_text",
+                             [](const Match& self) {
+                               const py::gil_scoped_release others_run;  // who holds the match's lock may call Python
+                               return self.record();
+                             })
       .def_property_readonly("kernel", [](const Match& self) { return self.registration().kernel; })
       .def_property_readonly("noise", [](const Match& self) { return self.registration().noise; })
       .def_property_readonly("converged", [](const Match& self) { return self.registration().converged; })

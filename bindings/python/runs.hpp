@@ -38,4 +38,23 @@ Result in_host(const std::function<Result()>& work, const RunOptions& options = 
   return std::move(*result);
 }
 
+/// The arguments of a verb by words of the command line. Their table is made once, as that takes longer than to parse
+/// them. Within run_hosted() @throws InputError
+template <class Arguments>
+Arguments hosted_arguments(const std::vector<std::string>& words) {
+  struct Table {
+    Table() {
+      arguments.add_to(options);
+      defaults = arguments;
+    }
+    CLI::App options;
+    Arguments arguments;  // which the options write to
+    Arguments defaults;
+  };
+  static Table table;
+  table.arguments = table.defaults;
+  parse_hosted(table.options, words);
+  return table.arguments;
+}
+
 }  // namespace pulson::python

@@ -35,16 +35,20 @@ Landmarks make_shape(const py::handle& points, const std::vector<std::string>& l
   return shape;
 }
 
+struct ReadArguments {
+  formats::ReadOptions reading;
+  void add_to(CLI::App& options) {
+    add_read_options(options, reading);
+    add_flip_option(options, reading);
+  }
+};
+
 // Shapes of a file by the options of reading, which are words of the command line. @return shapes and notes
 std::pair<std::vector<Landmarks>, std::vector<std::string>> read(const std::string& address,
                                                                  const std::vector<std::string>& words) {
-  formats::ReadOptions reading;
   return in_host<std::pair<std::vector<Landmarks>, std::vector<std::string>>>([&] {
-    CLI::App options;
-    add_read_options(options, reading);
-    add_flip_option(options, reading);
-    parse_hosted(options, words);
-    formats::LandmarkFile file = formats::read_addressed_shapes(address, reading);
+    const auto arguments = hosted_arguments<ReadArguments>(words);
+    formats::LandmarkFile file = formats::read_addressed_shapes(address, arguments.reading);
     return std::pair(std::move(file.shapes), std::move(file.warnings));
   });
 }

@@ -27,7 +27,8 @@ Points known_columns(const Points& points, std::vector<Eigen::Index>& known) {
   return points(Eigen::all, known);
 }
 
-// As `warp` moves points that are in the coordinates of the registration's source, or with `inverse` of its target.
+// As `warp` moves points that are in the coordinates of the registration's source, or with `inverse` of its target. The
+// determinants are those of the map from source to target, alignment included.
 Points moved(const Match& match, const Points& points, const std::string& labels, bool inverse, bool with_gradients,
              Eigen::VectorXd& jacobians) {
   const Registration& registration = match.registration();
@@ -51,7 +52,11 @@ Points moved(const Match& match, const Points& points, const std::string& labels
   result(Eigen::all, known) = to.places;
   if (with_gradients) {
     jacobians = Eigen::VectorXd::Constant(points.cols(), std::nan(""));
-    if (!known.empty()) jacobians(known) = to.jacobians();
+    const double aligned = std::pow(alignment.scale, flow.dimension()) * std::abs(alignment.linear.determinant());
+    if (!known.empty()) {
+      const Eigen::ArrayXd of_flow = to.jacobians();
+      jacobians(known) = aligned * (inverse ? Eigen::ArrayXd(of_flow.inverse()) : of_flow).matrix();
+    }
   }
   return result;
 }
@@ -101,18 +106,19 @@ images::Image image_with(const py::array& pixels) {
 images::Image image_of(const py::array& pixels) {
   if (pixels.ndim() < 2 || pixels.ndim() > 3 || pixels.size() == 0)
     throw InputError("image must have the shape (rows, columns) or (rows, columns, channels)");
-  const std::string type = py::str(pixels.dtype()).cast<std::string>();
-  if (type == "uint8") return image_with<std::uint8_t>(pixels);
-  if (type == "bool") return image_with<std::uint8_t>(pixels);
-  if (type == "int8") return image_with<std::int8_t>(pixels);
-  if (type == "uint16") return image_with<std::uint16_t>(pixels);
-  if (type == "int16") return image_with<std::int16_t>(pixels);
-  if (type == "uint32") return image_with<std::uint32_t>(pixels);
-  if (type == "int32") return image_with<std::int32_t>(pixels);
-  if (type == "float32") return image_with<float>(pixels);
-  if (type == "float64") return image_with<double>(pixels);
+  const char kind = pixels.dtype().kind();
+  const auto bytes = pixels.dtype().itemsize();
+  if (kind == 'b' || (kind == 'u' && bytes == 1)) return image_with<std::uint8_t>(pixels);
+  if (kind == 'u' && bytes == 2) return image_with<std::uint16_t>(pixels);
+  if (kind == 'u' && bytes == 4) return image_with<std::uint32_t>(pixels);
+  if (kind == 'i' && bytes == 1) return image_with<std::int8_t>(pixels);
+  if (kind == 'i' && bytes == 2) return image_with<std::int16_t>(pixels);
+  if (kind == 'i' && bytes == 4) return image_with<std::int32_t>(pixels);
+  if (kind == 'f' && bytes <= 4) return image_with<float>(pixels);
+  if (kind == 'f' && bytes == 8) return image_with<double>(pixels);
   throw py::type_error(
-      fmt::format("image is an array of {}; integers of up to 32 bits, float32 or float64 are needed", type));
+      fmt::format("image is an array of {}; integers of up to 32 bits, float32 or float64 are needed",
+                  py::str(pixels.dtype()).cast<std::string>()));
 }
 
 template <class Value>
@@ -168,12 +174,9 @@ py::dict warp_image(const std::shared_ptr<Match>& match, const py::object& image
   }
   const auto warped = in_host<WarpedPicture>(
       [&] {
-        WarpArguments arguments;
-        CLI::App options;
-        arguments.add_to(options);
         std::vector<std::string> all = words;
         all.insert(all.end(), {"--out=warped.png", "registration", path});
-        parse_hosted(options, all);
+        auto arguments = hosted_arguments<WarpArguments>(all);
         arguments.input = path;
         if (is_path) picture = read_picture(path, arguments.max_pixels);
         const Registration& registration = match->registration();

@@ -20,6 +20,7 @@
 #include "pulson/inference/posterior.hpp"
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
+#include "pulson/kernels/own_kernel.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "pulson/matching/registration.hpp"
 #include "pulson/noise/differentiated_noise.hpp"

@@ -5,6 +5,7 @@
 
 #include "integrators/schemes.hpp"
 #include "landmark_lanes.hpp"
+#include "own_kernels.hpp"
 #include "path_sampler.hpp"
 
 namespace pulson::ensemble {
@@ -155,6 +156,7 @@ std::unique_ptr<const PathSampler> make_landmark_sampler(const StochasticSystem&
   const NoiseTraits traits = system.noise->traits();
   if (integrator != "variational" && integrator != "variational-paper") return nullptr;
   if (!traits.additive || !traits.hamiltonian || start.q.cols() > kMostLandmarks) return nullptr;
+  if (has_own(system.kernel.terms())) return nullptr;
   LandmarkModel model(system, static_cast<int>(start.q.rows()), static_cast<int>(start.q.cols()), plan.grid.dt(),
                       plan.seed);
   model.antithetic = plan.antithetic;

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "own_kernels.hpp"
 #include "pair_lanes.hpp"
 #include "path_sampler.hpp"
 #include "pulson/core/name_table.hpp"
@@ -180,6 +181,7 @@ std::unique_ptr<const PathSampler> make_pair_sampler(const StochasticSystem& sys
                                                      const PhaseState& start, const PathPlan& plan) {
   const bool compensates = integrator == "variational";
   if (start.q.rows() != 1 || start.q.cols() != 2 || system.kernel.terms().size() != 1) return nullptr;
+  if (has_own(system.kernel.terms())) return nullptr;
   if (!compensates && integrator != "variational-paper") return nullptr;
   PairModel model(system.kernel.terms().front());
   model.dt = plan.grid.dt();

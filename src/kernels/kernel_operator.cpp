@@ -10,6 +10,7 @@
 
 #include "core/text.hpp"
 #include "line_sums.hpp"
+#include "own_kernels.hpp"
 #include "pair_sums.hpp"
 #include "pulson/core/parallel.hpp"
 
@@ -64,6 +65,7 @@ constexpr std::size_t kPairsPerThread = 100'000;
 constexpr double kSmallestAlpha = 1e-70;
 
 void run(PairSumArguments& arguments, const std::vector<KernelTerm>& terms) {
+  if (has_own(terms)) return add_plain_pair_sums(arguments, terms);
   const std::size_t blocks = (arguments.target_stride + kTargetBlock - 1) / kTargetBlock;
   const auto add_block = [&](int block) {
     PairSumArguments local = arguments;
@@ -166,44 +168,6 @@ void add_self_sum(PairSum sum, const std::vector<KernelTerm>& terms, const Point
   out(Eigen::all, targets) += sums.points(0, q.rows(), static_cast<Eigen::Index>(targets.size()));
 }
 
-template <int d>
-StepMatrices step_matrices_in(const KernelOperator& kernel, const Points& q, const Points& p, double dt,
-                              CoordinateOrder order) {
-  using Vector = Eigen::Matrix<double, d, 1>;
-  using Block = Eigen::Matrix<double, d, d>;
-  const Eigen::Index n = q.cols();
-  const auto place = [&](Eigen::Index a, int axis) {
-    return order == CoordinateOrder::kByLandmark ? a * d + axis : axis * n + a;
-  };
-  StepMatrices step{Eigen::MatrixXd(n, n), Eigen::MatrixXd::Zero(d * n, d * n), Eigen::MatrixXd::Zero(d * n, d * n)};
-  const auto add = [&](Eigen::MatrixXd& matrix, Eigen::Index a, Eigen::Index b, const Block& block) {
-    for (int j = 0; j < d; ++j)
-      for (int i = 0; i < d; ++i) matrix(place(a, i), place(b, j)) += block(i, j);
-  };
-  for (Eigen::Index b = 0; b < n; ++b) {
-    step.gram(b, b) = dt * kernel.at_zero();
-    for (Eigen::Index a = 0; a < b; ++a) {
-      const Vector z = q.col(a) - q.col(b);
-      const RadialJet k = kernel.jet(z.squaredNorm());
-      step.gram(a, b) = step.gram(b, a) = dt * k.value;
-      const Vector slope = dt * k.first * z;
-      const Block of_b = Vector(p.col(b)) * slope.transpose();  // p_b ∇K(q_a − q_b)
-      const Block of_a = -Vector(p.col(a)) * slope.transpose();
-      add(step.tangent, a, a, of_b);
-      add(step.tangent, a, b, -of_b);
-      add(step.tangent, b, b, of_a);
-      add(step.tangent, b, a, -of_a);
-      const Block bend =
-          dt * Vector(p.col(a)).dot(Vector(p.col(b))) * (k.first * Block::Identity() + k.second * z * z.transpose());
-      add(step.hessian, a, a, bend);
-      add(step.hessian, b, b, bend);
-      add(step.hessian, a, b, -bend);
-      add(step.hessian, b, a, -bend);
-    }
-  }
-  return step;
-}
-
 // From so many pairs on, sweeps along a line cost less than the pairs: see docs/benchmarks.md.
 constexpr Eigen::Index kFewestPairsOnLine = 64 * 64;
 
@@ -250,11 +214,16 @@ double KernelOperator::at_zero() const { return jet(0).value; }
 
 double KernelOperator::lipschitz() const {
   double sum = 0;
-  for (const KernelTerm& term : terms_) sum += term.weight / term.alpha * facts_of(term.profile).lipschitz;
+  for (const KernelTerm& term : terms_) {
+    const double of_profile =
+        is_own(term.profile) ? own_profile(term.profile)->lipschitz() : facts_of(term.profile).lipschitz;
+    sum += term.weight / term.alpha * of_profile;
+  }
   return sum;
 }
 
 RadialJet KernelOperator::jet(double squared_distance) const {
+  if (has_own(terms_)) return jets_of(terms_, Eigen::ArrayXd::Constant(1, squared_distance), 2).front();
   RadialJet sum;
   for (const KernelTerm& term : terms_) {
     const RadialJet jet = facts_of(term.profile).jet(term.alpha, squared_distance);
@@ -358,6 +327,7 @@ Flow KernelOperator::flow_tangent(const Points& q, const Points& p, const Points
 
 Eigen::MatrixXd KernelOperator::gram(const Points& x, const Points& y) const {
   check_sources(x, y, y);
+  if (has_own(terms_)) return plain_gram(terms_, x, y);
   const CoordinateRows targets(x), sources(y);
   CoordinateRows unit(sources.stride(), x.rows());  // the first coordinate of all sources is 1
   std::fill_n(unit.data(), sources.stride(), 1.0);
@@ -379,12 +349,6 @@ Eigen::MatrixXd KernelOperator::gram(const Points& x, const Points& y) const {
     matrix.col(j) = Eigen::Map<const Eigen::VectorXd>(column.data(), x.cols());
   }
   return matrix;
-}
-
-StepMatrices KernelOperator::step_matrices(const Points& q, const Points& p, double dt, CoordinateOrder order) const {
-  check_sources(q, q, p);
-  if (q.rows() == 1) return step_matrices_in<1>(*this, q, p, dt, order);
-  return q.rows() == 2 ? step_matrices_in<2>(*this, q, p, dt, order) : step_matrices_in<3>(*this, q, p, dt, order);
 }
 
 }  // namespace pulson

@@ -8,6 +8,7 @@
 
 #include <fmt/core.h>
 
+#include "own_kernels.hpp"
 #include "pair_sums.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 
@@ -79,6 +80,12 @@ const ProfileFacts& facts_of(KernelProfile profile) {
   return facts;
 }
 
+MakeKernelTerm term_maker(KernelProfile profile) {
+  return [profile](const Parameters& given, double automatic) {
+    return KernelTerm{profile, given.is_auto("alpha") ? automatic : given.positive("alpha"), given.positive("weight")};
+  };
+}
+
 const NameTable<MakeKernelTerm>& kernel_table() {
   static const NameTable<MakeKernelTerm> kTable = [] {
     const std::vector<ParameterInfo> parameters = {
@@ -88,13 +95,8 @@ const NameTable<MakeKernelTerm>& kernel_table() {
          true},
         {"weight", "1", "factor of this term in a sum"}};
     std::vector<NameTable<MakeKernelTerm>::Row> rows;
-    for (const ProfileFacts& facts : kernel_profiles()) {
-      const auto make = [profile = facts.profile](const Parameters& given, double automatic) {
-        return KernelTerm{profile, given.is_auto("alpha") ? automatic : given.positive("alpha"),
-                          given.positive("weight")};
-      };
-      rows.push_back({std::string(facts.name), parameters, std::string(facts.help), make});
-    }
+    for (const ProfileFacts& facts : kernel_profiles())
+      rows.push_back({std::string(facts.name), parameters, std::string(facts.help), term_maker(facts.profile)});
     return NameTable<MakeKernelTerm>("kernel", std::move(rows));
   }();
   return kTable;
@@ -106,8 +108,9 @@ double automatic_alpha(const Points& source) {
 
 KernelOperator make_kernel(std::string_view spec, const Points& source) {
   std::vector<KernelTerm> terms;
+  const NameTable<MakeKernelTerm> table = table_with_own_kernels();
   const double size = spec.find('%') == std::string_view::npos ? 0 : diameter(source);
-  for (const auto& [row, parameters] : kernel_table().parse(spec, size)) {
+  for (const auto& [row, parameters] : table.parse(spec, size)) {
     const double automatic = parameters.is_auto("alpha") ? automatic_alpha(source) : 0;
     if (parameters.is_auto("alpha") && !(automatic > 0))
       throw InputError("kernel '" + row->name + "': alpha=auto needs at least two distinct landmarks; give a number");
@@ -122,7 +125,9 @@ std::string KernelOperator::spec(int digits) const {
   };
   std::string text;
   for (const KernelTerm& term : terms_) {
-    text += fmt::format("{}{}:alpha={}", text.empty() ? "" : "+", facts_of(term.profile).name, number(term.alpha));
+    const std::string name =
+        is_own(term.profile) ? own_kernel_name(term.profile) : std::string(facts_of(term.profile).name);
+    text += fmt::format("{}{}:alpha={}", text.empty() ? "" : "+", name, number(term.alpha));
     if (term.weight != 1) text += ",weight=" + number(term.weight);
   }
   return text;

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "own_kernels.hpp"
+
 namespace pulson {
 namespace {
 
@@ -180,8 +182,9 @@ Eigen::MatrixXd line_decays(const MatrixXd& gaps) {
 double line_scale(const KernelTerm& term) { return std::sqrt(2.0 * line_moments(term.profile) - 1) / term.alpha; }
 
 bool has_line_sums(const std::vector<KernelTerm>& terms) {
-  return std::none_of(terms.begin(), terms.end(),
-                      [](const KernelTerm& term) { return term.profile == KernelProfile::kGaussian; });
+  return std::none_of(terms.begin(), terms.end(), [](const KernelTerm& term) {
+    return term.profile == KernelProfile::kGaussian || is_own(term.profile);
+  });
 }
 
 LineSums line_sums(const std::vector<KernelTerm>& terms, const VectorXd& x, const VectorXd& y,

@@ -13,6 +13,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "own_kernels.hpp"
+
 namespace pulson::posterior {
 
 HWY_EXPORT(ShootLanes);
@@ -48,6 +50,7 @@ int LaneShots::lanes() { return static_cast<int>(HWY_DYNAMIC_DISPATCH(ShotLaneCo
 
 bool LaneShots::knows(const Specimen& specimen, const Specimen::Model& model) {
   const NoiseTraits traits = model.system.noise->traits();
+  if (has_own(model.system.kernel.terms())) return false;
   const bool is_heun = specimen.problem().integrator->name() == "heun" && traits.hamiltonian && traits.additive &&
                        specimen.momentum_unknowns() > 0 && specimen.problem().source.size() <= kMostCoordinates &&
                        lanes() >= 2;
@@ -55,6 +58,7 @@ bool LaneShots::knows(const Specimen& specimen, const Specimen::Model& model) {
 }
 
 bool LaneShots::knows_derivatives(const Specimen& specimen, const Specimen::Model& model) {
+  if (has_own(model.system.kernel.terms())) return false;
   const matching::MatchingProblem& problem = specimen.problem();
   const NoiseTraits traits = model.system.noise->traits();
   return specimen.momentum_unknowns() > 0 && problem.integrator->name() == "variational-2" && traits.hamiltonian &&

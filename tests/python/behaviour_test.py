@@ -1,4 +1,4 @@
-"""Messages, signals, threads, memory, noise of one's own, what notebooks show."""
+"""Messages, signals, threads, memory, what notebooks show."""
 
 import _thread
 import doctest
@@ -77,10 +77,10 @@ class Host(InFolder):
                                              time=1, steps=100_000)):  # one path
             timer = threading.Timer(0.4, _thread.interrupt_main)
             timer.start()
-            begin = time.monotonic()
+            begin = time.process_time()
             with self.assertRaises(KeyboardInterrupt):
                 work()
-            self.assertLess(time.monotonic() - begin, 10)
+            self.assertLess(time.process_time() - begin, 10)
         pulson.register(Q, Q + 0.1)  # and all goes on
 
     def test_progress(self):
@@ -155,61 +155,6 @@ class Host(InFolder):
         self.assertLess(resident() - before, 2_000_000)
 
 
-class Models(InFolder):
-    def test_own_noise_is_the_built_in_one(self):
-        beta = 0.3
-        own = pulson.OwnNoise(lambda q, p: beta * p.ravel(), lambda q, p, w: (0 * q, beta * w.reshape(p.shape)),
-                              lambda q, p, w, dq, dp: (0 * q, 0 * p), like=Q)
-        target = Q[[1, 0, 2]]
-        ours = pulson.register(Q, target, noise=own, lambda_=1, align="none", kernel="gaussian:alpha=1")
-        theirs = pulson.register(Q, target, noise=f"ch-sd:beta={beta}", lambda_=1, align="none", kernel="gaussian:alpha=1")
-        np.testing.assert_allclose(ours.momenta, theirs.momenta, rtol=1e-6, atol=1e-8)
-        np.testing.assert_allclose(ours.increments, theirs.increments, rtol=1e-6, atol=1e-8)
-        paths = [pulson.simulate(shape=Q, momenta=P, noise=noise, kernel="gaussian:alpha=1", time=0.2, samples=2)
-                 for noise in (own, f"ch-sd:beta={beta}")]
-        np.testing.assert_allclose(paths[0].q, paths[1].q, rtol=1e-12)
-
-    def test_differences_in_place_of_derivatives(self):
-        width, beta = 0.8, 0.2
-        centre = np.array([0.3, 0.4])
-
-        def potentials(q, p):
-            bump = np.exp(-((q - centre)**2).sum(1) / width**2)
-            return beta * (bump[:, None] * p).sum(0)
-
-        own = pulson.OwnNoise(potentials, like=Q)
-        self.assertTrue(own.traits["compensated"] and own.traits["linear"] and own.traits["moves_momenta"])
-        spec = "p-sd:beta=0.2,fields=bump,center=0.3/0.4,width=0.8"
-        paths = [pulson.simulate(shape=Q, momenta=P, noise=noise, kernel="gaussian:alpha=1", time=0.2)
-                 for noise in (own, spec)]
-        np.testing.assert_allclose(paths[0].q, paths[1].q, atol=1e-6)
-        np.testing.assert_allclose(paths[0].p, paths[1].p, atol=1e-6)
-
-    def test_wrong_derivatives_are_refused(self):
-        with self.assertRaisesRegex(ValueError, "gradient differs"):
-            pulson.OwnNoise(lambda q, p: p.ravel(), lambda q, p, w: (0 * q, 2 * w.reshape(p.shape)), like=Q)
-        with self.assertRaisesRegex(ValueError, "affine"):
-            pulson.OwnNoise(lambda q, p: (p**2).ravel(), like=Q)
-        with self.assertRaisesRegex(ZeroDivisionError, "zero"):
-            pulson.OwnNoise(lambda q, p: 1 / 0, like=Q)
-        own = pulson.OwnNoise(lambda q, p: p.ravel(), like=Q)
-        with self.assertRaisesRegex(ValueError, "3 landmarks"):
-            pulson.simulate(shape=Q[:2], noise=own)
-
-    def test_an_error_in_a_callback_is_raised(self):
-        fails = []
-
-        def potentials(q, p):
-            if fails:
-                raise LookupError("of the model")
-            return p.ravel()
-
-        own = pulson.OwnNoise(potentials, like=Q)
-        fails.append(True)
-        with self.assertRaisesRegex(LookupError, "of the model"):
-            pulson.simulate(shape=Q, noise=own, steps=2)
-
-
 class Shown(InFolder):
     def test_notebooks(self):
         match = pulson.register(sample("leaves.tps") + "#1", sample("leaves.tps") + "#2")
@@ -237,17 +182,20 @@ class Shown(InFolder):
         with self.assertRaisesRegex(AttributeError, "has no 'step'; it has .*, steps, "):
             match.step
 
-    def test_the_page(self):
+    def test_the_pages(self):
         root = os.path.join(os.path.dirname(__file__), "..", "..")
-        with open(os.path.join(root, "docs", "python.md"), encoding="utf-8") as file:
-            text = file.read()
+        texts = []
+        for page in ("python.md", "python_models.md"):
+            with open(os.path.join(root, "docs", page), encoding="utf-8") as file:
+                texts.append(file.read())
+        text = "".join(texts)
         blocks = re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
-        self.assertEqual(len(blocks), 2)
+        self.assertEqual(len(blocks), 3)
         (session,) = re.findall(r"^```pycon\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
         before = os.getcwd()
         os.chdir(root)
+        scope = {}
         try:
-            scope = {}
             exec(compile(blocks[0], "docs/python.md", "exec"), scope)
             example = doctest.DocTestParser().get_doctest(session, scope, "docs/python.md", None, 0)
             runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
@@ -256,39 +204,22 @@ class Shown(InFolder):
             self.assertEqual(runner.failures, 0, "".join(said))
             for block in blocks[1:]:
                 # Callbacks are slow: one step of the match says whether it runs.
-                exec(compile(block.replace("steps=4", "steps=1"), "docs/python.md", "exec"), {})
+                exec(compile(block.replace("steps=4", "steps=1"), "docs/python_models.md", "exec"), {})
         finally:
             os.chdir(before)
+            scope.clear()
+            gc.collect()  # the kernel of the page, which messages list
 
     def test_docstrings(self):
         for module in (pulson, _functions, _results):
             failed, tried = doctest.testmod(module)
             self.assertEqual(failed, 0)
         finder, runner = doctest.DocTestFinder(), doctest.DocTestRunner()
-        for name in ("Shape", "Kernel", "OwnNoise"):
+        for name in ("Shape", "Kernel", "OwnKernel", "OwnNoise"):
             for test in finder.find(getattr(pulson, name), name, module=False, globs={}):
                 runner.run(test)
         self.assertEqual(runner.summarize().failed, 0)
         self.assertGreater(runner.summarize().attempted, 3)
-
-
-class Cost(unittest.TestCase):
-    def test_calls_are_short(self):
-        match = pulson.register(Q, Q * [1, 1.2])
-        kernel = pulson.Kernel("gaussian:alpha=1")
-
-        def least(call, times=200):
-            seconds = []
-            for _ in range(times):
-                begin = time.perf_counter()
-                call()
-                seconds.append(time.perf_counter() - begin)
-            return min(seconds)
-
-        match.warp_points(P)
-        self.assertLess(least(lambda: pulson.shoot(Q, P, kernel, steps=1, integrator="rk4")), 50e-6)
-        self.assertLess(least(lambda: match.warp_points(P[:1])), 50e-6 + 20 * 10e-6)
-        self.assertLess(least(lambda: pulson.align(Q, P)), 50e-6)
 
 
 if __name__ == "__main__":

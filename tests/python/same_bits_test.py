@@ -141,13 +141,104 @@ class SameBits(InFolder):
                 self.assertEqual(ours.tables.text("draws.csv"), file.read())
 
     def test_files(self):
-        for name in ("leaves.tps", "fish_source.csv"):
-            for out in ("out.json", "out.tps", "out.csv"):
+        outs = ("out.json", "out.tps", "out.csv", "out.npy", "out.vtk", "out.fcsv", "out.mrk.json", "out.pts")
+        for name in ("square.csv", "leaves.tps", "fish_source.csv", "cs_target.csv", "swap_source.csv"):
+            shapes = pulson.read(sample(name))
+            for out in outs if name == "square.csv" else outs[:1] if name == "swap_source.csv" else outs[:3]:
                 with self.subTest(name=name, out=out):
-                    run("convert", sample(name), "--out", self.path(f"theirs-{name}-{out}"))
-                    pulson.write(self.path(f"ours-{name}-{out}"), pulson.read(sample(name)))
-                    with open(self.path(f"theirs-{name}-{out}"), "rb") as theirs, open(self.path(f"ours-{name}-{out}"), "rb") as ours:
-                        self.assertEqual(ours.read(), theirs.read())
+                    theirs, ours = self.path(f"theirs-{name}-{out}"), self.path(f"ours-{name}-{out}")
+                    run("convert", sample(name), "--out", theirs)
+                    pulson.write(ours, shapes)
+                    with open(theirs, "rb") as one, open(ours, "rb") as other:
+                        self.assertEqual(other.read(), one.read())
+
+    def test_procrustes_mean(self):
+        few = leaves()[:3]
+        pulson.write(self.path("few.tps"), few)
+        run("register", self.path("few.tps"), "-o", self.path("o"), "--template", "mean", "--no-picture", "--align", "none",
+            "--max-iterations", 1)
+        for name in few.names:
+            record = record_of(os.path.join(self.path("o"), name), "registration.json")
+            self.assert_same(pulson.align(few, align="none").points, record["source"])
+
+    def test_shapes_and_jacobians_are_moved(self):
+        run("register", sample("leaves.tps") + "#1", sample("leaves.tps") + "#2", "-o", self.path("o"), "--no-picture")
+        match = pulson.load(self.path("o"))
+        for inverse in (False, True):
+            words = ["--inverse"] if inverse else []
+            run("warp", self.path("o"), sample("leaves.tps"), "-o", self.path("moved.json"), *words)
+            theirs = pulson.read(self.path("moved.json"))
+            ours = match.warp_points(leaves(), inverse=inverse)
+            for one, other in zip(ours, theirs, strict=True):
+                self.assert_same(one.points, other.points)
+        points = np.array(leaves()[2].points)
+        moved, jacobians = match.warp_points(points, jacobians=True)
+        self.assert_same(moved, match.warp_points(points))
+        run("warp", self.path("o"), sample("leaves.tps") + "#3", "-o", self.path("m.csv"), "--json", self.path("m.json"))
+        self.assertEqual(jacobians.min(), record_of(self.folder, "m.json")["min_jacobian"])
+        target = np.array(leaves()[1].points)
+        back, there = match.warp_points(target, inverse=True, jacobians=True)
+        np.testing.assert_allclose(there, match.warp_points(back, jacobians=True)[1], rtol=1e-9)
+        # Differences of the points that are moved.
+        step = 1e-4
+        near = [points + shift for shift in step * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])]
+        right, left, up, down = (match.warp_points(one) for one in near)
+        by_x, by_y = (right - left) / (2 * step), (up - down) / (2 * step)
+        np.testing.assert_allclose(jacobians, by_x[:, 0] * by_y[:, 1] - by_x[:, 1] * by_y[:, 0], rtol=1e-6)
+
+    def test_image_of_an_array(self):
+        pixels = np.random.default_rng(3).integers(0, 255, (7, 9), dtype=np.uint8)
+        header = "NRRD0004\ntype: uchar\ndimension: 2\nsizes: 9 7\nencoding: raw\n\n"
+        with open(self.path("in.nrrd"), "wb") as file:
+            file.write(header.encode() + pixels.tobytes())
+        source = np.array([[1.0, 1.0], [7.0, 1.0], [4.0, 5.0], [2.0, 3.5]])
+        target = source + [[0.5, 0], [0, 0.5], [0, 0], [-0.25, 0]]
+        match = pulson.register(source, target)
+        match.write(self.path("registration.json"))
+        run("warp", self.path("registration.json"), self.path("in.nrrd"), "-o", self.path("out.nrrd"))
+        with open(self.path("out.nrrd"), "rb") as file:
+            header, theirs = file.read().split(b"\n\n", 1)
+        self.assertIn(b"encoding: raw", header)
+        self.assertEqual(match.warp_image(pixels, background=0).image.tobytes(), theirs)
+
+    def test_options_that_are_arrays(self):
+        few = leaves()[:5]
+        pulson.write(self.path("few.tps"), few)
+        sizes, forms = [1.0, 2.5, 3.0, 4.0, 7.0], ["a", "b", "a", "b", "b"]
+        with open(self.path("t.csv"), "w", encoding="utf-8") as file:
+            file.write("specimen,size,form\n")
+            file.writelines(f"{name},{size},{form}\n" for name, size, form in zip(few.names, sizes, forms))
+        for option, given, column in (("covariate", sizes, "size"), ("groups", forms, "form")):
+            with self.subTest(option):
+                run("atlas", self.path("few.tps"), "-o", self.path(option), "--no-picture", "--max-iterations", 3,
+                    f"--{option}", self.path("t.csv") + ":" + column)
+                theirs = record_of(self.path(option), "atlas.json")
+                key = "regression" if option == "covariate" else "groups"
+                for form in (given, np.array(given), dict(zip(few.names, given))):
+                    ours = pulson.atlas(few, max_iterations=3, **{option: form})
+                    self.assertEqual(without(ours.record[key], {"covariate", "grouping"}),
+                                     without(theirs[key], {"covariate", "grouping"}))
+                    self.assert_same(ours.momenta, np.load(self.path(option) + "/momenta.npy"))
+        source, target = (np.array(shape.points) for shape in few[:2])
+        covariances = np.array([[[4.0, 1.0], [1.0, 2.0]]] * len(source))
+        np.savetxt(self.path("covariances.csv"), covariances.reshape(len(source), 4), delimiter=",", fmt="%r")
+        run("register", self.npy("source.npy", source), self.npy("target.npy", target), "-o", self.path("o"), "--no-picture",
+            "--covariances", self.path("covariances.csv"))
+        self.assert_same(pulson.register(source, target, covariances=covariances).momenta,
+                         record_of(self.path("o"), "registration.json")["momenta"])
+
+    def test_facts(self):
+        self.assertEqual(pulson.build().split(), run("--version").stdout.split())
+        listed = [line.split()[0] for line in run("info", "formats").stdout.splitlines() if line and line[0] != " "]
+        self.assertLessEqual(set(pulson.formats()), set(listed))
+
+    # The list of functions is whole: each is called above.
+    def test_every_function_is_here(self):
+        with open(__file__, encoding="utf-8") as file:
+            text = file.read()
+        functions = [name for name in pulson.__all__ if callable(getattr(pulson, name)) and name.islower()]
+        for name in functions:
+            self.assertTrue(f"pulson.{name}(" in text or f"match.{name}(" in text, name)
 
 
 if __name__ == "__main__":

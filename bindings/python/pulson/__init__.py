@@ -13,12 +13,12 @@ Landmarks are arrays (N, d), cohorts (S, N, d), a list of such or a dictionary b
 from ._functions import (
     OwnNoise, align, atlas, audit, build, compare, ensemble, formats, load, read, register, sample, shoot, simulate,
     warp_image, warp_points, write)
-from ._pulson import Alignment, Kernel, Shape, Trajectory, __version__
+from ._pulson import Alignment, Kernel, OwnKernel, Shape, Trajectory, __version__
 from ._results import Atlas, Audit, Cohort, Comparison, Ensemble, PulsonWarning, Registration, Result, Samples, Shapes
 from ._results import Simulation, WarpedImage
 
 __all__ = [
-    "Alignment", "Atlas", "Audit", "Cohort", "Comparison", "Ensemble", "Kernel", "OwnNoise", "PulsonWarning",
-    "Registration", "Result", "Samples", "Shape", "Shapes", "Simulation", "Trajectory", "WarpedImage", "align", "atlas",
+    "Alignment", "Atlas", "Audit", "Cohort", "Comparison", "Ensemble", "Kernel", "OwnKernel", "OwnNoise",
+    "PulsonWarning", "Registration", "Result", "Samples", "Shape", "Shapes", "Simulation", "Trajectory", "WarpedImage", "align", "atlas",
     "audit", "build", "compare", "ensemble", "formats", "load", "read", "register", "sample", "shoot", "simulate",
     "warp_image", "warp_points", "write"]

@@ -112,6 +112,12 @@ def one_shape(value, name):
     return shapes[0]
 
 
+def _name_arguments(error, scratch):
+    """Messages on files that arguments were written to name the arguments."""
+    if len(error.args) == 1 and isinstance(error.args[0], str):
+        error.args = (re.sub(re.escape(scratch) + r"/(\w+)\.csv(:value)?", r"\1", error.args[0]),)
+
+
 class Call:
     """Words for the program, and what it is to find behind them."""
 
@@ -127,7 +133,9 @@ class Call:
     def __enter__(self):
         return self
 
-    def __exit__(self, *error):
+    def __exit__(self, kind, error, frames):
+        if error is not None and self._scratch is not None:
+            _name_arguments(error, self._scratch)
         self._stack.close()
 
     @property
@@ -180,6 +188,8 @@ class Call:
 
     def numbers(self, name, value):
         rows = np.asarray(value, dtype=float)
+        if rows.ndim == 0 or rows.size == 0:
+            raise ValueError(f"{name} has the shape {rows.shape}: no numbers")
         path = os.path.join(self.scratch, f"{name}.csv")
         with open(path, "w", encoding="utf-8") as file:
             for row in rows.reshape(len(rows), -1):

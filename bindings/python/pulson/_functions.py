@@ -63,8 +63,16 @@ def align(source, target=None, *, align="auto", reflect=False, weights=None):
     """
     if target is None:
         return _pulson._procrustes_mean(shapes_of(source, "source"), align)
-    numbers = None if weights is None else np.ascontiguousarray(weights, dtype=float)
-    return _pulson._align(_points(source, "source"), _points(target, "target"), align, reflect, numbers)
+    points = _points(source, "source")
+    numbers = None if weights is None else _weights(weights, len(points))
+    return _pulson._align(points, _points(target, "target"), align, reflect, numbers)
+
+
+def _weights(value, count):
+    numbers = np.ascontiguousarray(value, dtype=float)
+    if numbers.shape != (count,):
+        raise ValueError(f"weights has the shape {numbers.shape} for {count} landmarks")
+    return numbers
 
 
 def _points(value, name):
@@ -116,7 +124,8 @@ def warp_points(registration, points, *, inverse=False, labels="metric", jacobia
     >>> bool(np.allclose(match.warp_points(match.warp_points([[0.3, 0.4]]), inverse=True), [[0.3, 0.4]]))
     True
 
-    Arrays (M, d) give arrays, a Shape or Shapes the same. With `jacobians` also the determinants, (M,).
+    Arrays (M, d) give arrays, a Shape or Shapes the same. With `jacobians` also the determinants of the map
+    from source to target there, alignment included, (M,).
     """
     match = _match_of(registration)
     if isinstance(points, Shape):
@@ -176,7 +185,7 @@ def register(source, target=None, *, out=None, progress=None, **options):
         if os.path.exists(os.path.join(folder, "registration.json")) and not os.path.exists(
                 os.path.join(folder, "cohort.json")):
             match = load(folder)
-            match.notes, match.summary, match.folder = said["notes"], said["printed"], kept
+            match.notes, match.summary, match.folder = said["notes"], said["printed"].rstrip(), kept
             return match
         facts, tables, arrays = _tables.collect(folder, "cohort.json")
         rows = tables["cohort.csv"]
@@ -218,9 +227,7 @@ def _register_pair(table, source, target, progress, options):
         weights = None
         for name, value in options.items():
             if name == "weights" and value is not None and not is_path(value):
-                weights = np.ascontiguousarray(value, dtype=float)
-                if weights.shape != (len(source),):
-                    raise ValueError(f"weights has the shape {weights.shape} for {len(source)} landmarks")
+                weights = _weights(value, len(source))
             elif isinstance(value, OwnNoise) and name == "noise":
                 call.own_noise = value
             else:
@@ -229,7 +236,8 @@ def _register_pair(table, source, target, progress, options):
         said = _pulson._register_pair(source, target, call.words, weights, call.own_noise, shown)
         close(shown)
         warn(said["warnings"])
-        return _results.Registration(said["match"], [_pulson._python_words(note) for note in said["notes"]])
+        return _results.Registration(said["match"], [_pulson._python_words(note) for note in said["notes"]],
+                                     said["printed"].rstrip())
 
 
 @by_table("simulate")

@@ -104,7 +104,7 @@ def _axes(ax=None):
         import matplotlib.pyplot as plt
     except ImportError:
         raise ImportError("plots need matplotlib: apt install python3-matplotlib, or pip install matplotlib") from None
-    return plt.subplots()[1]
+    return plt.subplots(layout="constrained")[1]
 
 
 def _plane(points):
@@ -273,6 +273,18 @@ class Cohort(Result):
     def __iter__(self):
         return iter(self.registrations)
 
+    def plot(self, ax=None):
+        """The source, and where the flows take it, each alignment undone."""
+        ax = _axes(ax)
+        for match in self.registrations.values():
+            map_ = match.record["alignment"]
+            linear = map_["scale"] * np.array(map_["linear"])
+            _scatter(ax, np.linalg.solve(linear, (match.result - map_["translation"]).T).T, s=9, alpha=0.6)
+        for match in list(self.registrations.values())[:1]:
+            _scatter(ax, match.original, s=25, color="k", label="source")
+            ax.legend()
+        return ax
+
 
 class Simulation(Result):
     """Sample paths: q and p, (samples, steps + 1, N, d), nan where a path ended early."""
@@ -286,7 +298,10 @@ class Simulation(Result):
                     ax.plot(times, sample[:, a, 0], color=f"C{a % 10}", linewidth=0.8)
                 else:
                     ax.plot(*_plane(sample[:, a]), color=f"C{a % 10}", linewidth=0.8)
-        ax.set_xlabel("t" if q.shape[3] == 1 else "x")
+        if q.shape[3] == 1:
+            ax.set(xlabel="t", ylabel="position")
+        else:
+            _scatter(ax, q[0, 0], s=9, color="k", zorder=3)
         return ax
 
 
@@ -306,6 +321,10 @@ class Ensemble(Result):
                 ax.plot(self.times, mean[:, a, 0])
             else:
                 ax.plot(*_plane(mean[:, a]))
+        if mean.shape[2] == 1:
+            ax.set(xlabel="t", ylabel="mean position")
+        else:
+            ax.set_aspect("equal", adjustable="datalim")
         return ax
 
 
@@ -315,8 +334,10 @@ class Comparison(Result):
     def plot(self, ax=None):
         ax = _axes(ax)
         models = self.record["models"]
-        ax.barh([model["noise"] for model in models], [model["log_evidence"] for model in models])
-        ax.set_xlabel("log evidence")
+        evidence = np.array([model["log_evidence"] for model in models], dtype=float)
+        ax.barh([_fact(model["noise"]) for model in models], evidence - np.nanmax(evidence))
+        ax.invert_yaxis()
+        ax.set_xlabel("log evidence relative to the best model (nats)")
         return ax
 
 
@@ -327,8 +348,13 @@ class Atlas(Result):
         return [("specimens", len(self.record.get("specimens", []))), ("kernel", self.record.get("kernel"))]
 
     def plot(self, ax=None):
+        """The template, and the shapes aligned to it."""
         ax = _axes(ax)
+        aligned = self.tables["aligned.csv"]
+        axes = [axis for axis in "xyz" if axis in aligned]
+        _scatter(ax, np.column_stack([aligned[axis] for axis in axes]), s=6, color="0.7", label="shapes, aligned")
         _scatter(ax, self.template, s=25, color="k", label="template")
+        ax.legend()
         return ax
 
 
@@ -340,6 +366,7 @@ class Samples(Result):
         draws = self.tables["draws.csv"]
         for name in self.record["parameters"]:
             ax.plot(draws[name], linewidth=0.7, label=name)
+        ax.set_xlabel("draw")
         ax.legend()
         return ax
 
@@ -352,6 +379,15 @@ class Audit(Result):
 
     def __len__(self):
         return len(self.record["findings"])
+
+    def plot(self, ax=None):
+        """How sure each finding is."""
+        ax = _axes(ax)
+        findings = self.record["findings"]
+        ax.barh([f"{one['specimen']}: {one['kind']}" for one in findings], [one["log_ratio"] for one in findings])
+        ax.invert_yaxis()
+        ax.set_xlabel("log likelihood ratio (nats)" if findings else "no findings")
+        return ax
 
 
 class WarpedImage(Result):

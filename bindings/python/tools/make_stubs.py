@@ -32,6 +32,7 @@ _CLASSES = {
     "Trajectory": "q: Floats; p: Floats; end: Floats; end_momenta: Floats; times: Floats; increments: Floats; "
                   "integrator: str",
     "Kernel": "spec: str",
+    "OwnKernel": "name: str",
     "OwnNoise": "traits: Dict[str, Any]",
     "Shapes": "notes: List[str]; names: List[str]; labels: List[str]; points: Floats",
     "Result": "record: Dict[str, Any]; summary: str; notes: List[str]; converged: bool; tables: Mapping[str, Any]; "
@@ -48,9 +49,11 @@ _METHODS = {
               'groups: Sequence[str] = ...) -> None: ...', "def __len__(self) -> int: ...",
               "def __array__(self, *args: Any, **kwargs: Any) -> Floats: ..."],
     "Alignment": ["def apply(self, points: ArrayLike) -> Floats: ..."],
-    "Kernel": ["def __init__(self, spec: str, source: Optional[ArrayLike] = ...) -> None: ...",
+    "Kernel": ["def __init__(self, spec: Union[str, OwnKernel], source: Optional[ArrayLike] = ...) -> None: ...",
                "def gram(self, x: ArrayLike, y: ArrayLike) -> Floats: ...",
                "def velocity(self, x: ArrayLike, q: ArrayLike, p: ArrayLike) -> Floats: ..."],
+    "OwnKernel": ["def __init__(self, k: Callable[..., Any], first: Optional[Callable[..., Any]] = ..., "
+                  "second: Optional[Callable[..., Any]] = ..., *, name: Optional[str] = ...) -> None: ..."],
     "OwnNoise": ["def __init__(self, potentials: Callable[..., Any], gradient: Optional[Callable[..., Any]] = ..., "
                  "hessian: Optional[Callable[..., Any]] = ..., *, like: ArrayLike, name: str = ...) -> None: ..."],
     "Shapes": ["def __init__(self, shapes: Sequence[Shape], notes: Sequence[str] = ...) -> None: ...",

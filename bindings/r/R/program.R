@@ -107,12 +107,18 @@ run_program <- function(words, folder) {
   in_words_of_r(printed[!startsWith(printed, "wrote ")], folder)
 }
 
-# Files of the run are called after the arguments that they hold, and a command for the shell after its function.
+# Files of the run are called after the arguments that they hold, a command for the shell after its function, and options
+# as arguments.
 in_words_of_r <- function(lines, folder) {
   lines <- gsub(paste0(folder, .Platform$file.sep), "", lines, fixed = TRUE)
   lines <- gsub("\\b(source|target|shapes|points|reference|template|momenta)[.]json\\b", "\\1", lines)
   lines <- gsub("; choose one as (source|target|template)#1 or [^;]*", "; choose one, as \\1[, , 1]", lines)
-  gsub("; pulson (audit|sample|register)( (source|target|shapes|reference))+$", "; see pulson_\\1()", lines)
+  lines <- gsub("; pulson (audit|sample|register)( (source|target|shapes|reference))+$", "; see pulson_\\1()", lines)
+  lines <- gsub(" [(]see pulson [a-z]+ --help[)]", "", lines)
+  lines <- gsub("--no-flip-y", "flip_y = FALSE", lines, fixed = TRUE)
+  options <- gregexpr("(?<![-[:alnum:]])--[a-z][a-z0-9-]*", lines, perl = TRUE)
+  regmatches(lines, options) <- lapply(regmatches(lines, options), function(word) gsub("-", "_", substring(word, 3)))
+  lines
 }
 
 # A folder for the files of one run. Its parts have no name that looks like a label of a shape.

@@ -17,8 +17,8 @@ const kManyLandmarks = 60; // that are judged only when a drag ends
 const kMostBitmaps = 16; // pictures in memory: those shown and those of the strip
 
 class Page {
-  constructor({ file, document: state, export: proposedName }) {
-    Object.assign(this, { file, proposedName, current: 0, pass: "points", mode: "place", from: -1, drafts: [[], []],
+  constructor({ file, document: state, export: proposedName, report: hasReport }) {
+    Object.assign(this, { file, proposedName, hasReport, current: 0, pass: "points", mode: "place", from: -1, drafts: [[], []],
       count: 10, judged: { proposal: null, of: [], doubtful: new Map(), exchanged: [], findings: [] }, bitmaps: new Map(), trouble: null });
     this.history = new History(state);
     this.saver = new Saver(state.revision, api.saveState, (what, error) => this.reportSaving(what, error));
@@ -249,6 +249,8 @@ class Page {
     });
   }
 
+  openReport() { open("report.html", "_blank", "noopener"); }
+
   // ---- what is shown
 
   async bitmapOf(s) {
@@ -290,9 +292,9 @@ class Page {
     this.refreshing ??= requestAnimationFrame(() => {
       this.refreshing = null;
       this.showAll();
-      this.askForJudgement();
       this.result.doubtful = this.judged.doubtful;
       if (this.specimen(1)) this.result.update(this.points(0), this.points(1));
+      if (!this.result.isQuick) this.askForJudgement(); // else when the map is there, which comes first
     });
   }
 
@@ -386,7 +388,8 @@ class Page {
 
   hearResult(map) {
     this.noiseShare = new Map(map?.landmarks.map((k, i) => [k, map.noise_share[i] ?? 0]) ?? []);
-    if (map) this.refresh();
+    this.askForJudgement();
+    this.refresh();
   }
 }
 

@@ -58,6 +58,16 @@ std::string found_address(const std::string& address, const fs::path& folder) {
   return {};
 }
 
+// Without a slash at its end, and by its name where it is given as `.` or `..`.
+fs::path named_folder(const std::string& folder) {
+  const auto without_end = [](const fs::path& path) {
+    return path.has_filename() || !path.has_relative_path() ? path : path.parent_path();
+  };
+  const fs::path path = without_end(fs::path(folder).lexically_normal());
+  const bool has_name = path.has_filename() && path.filename() != "." && path.filename() != "..";
+  return has_name ? path : without_end(fs::absolute(folder).lexically_normal());
+}
+
 // Files of many shapes are read once.
 std::vector<Landmarks> shapes_of(const ResultsJson& record, const fs::path& folder,
                                  const formats::ReadOptions& reading) {
@@ -81,9 +91,9 @@ std::vector<Landmarks> shapes_of(const ResultsJson& record, const fs::path& fold
 }  // namespace
 
 ViewedResults results_of(const std::string& folder, const formats::ReadOptions& reading) {
-  const fs::path path = (fs::absolute(folder) / ".").lexically_normal().parent_path();
+  const fs::path path = named_folder(folder);
   ViewedResults results{{}, {}, path};
-  if (is_file(path / "report.html")) results.report = path / "report.html";
+  if (is_file(path / "report.html")) results.report = fs::absolute(path / "report.html").lexically_normal();
   const std::optional<ResultsJson> record = record_in(path);
   if (!record) return results;
   try {

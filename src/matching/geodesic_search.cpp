@@ -64,7 +64,7 @@ class GeodesicSearch {
   // From rest, or near the path that is given.
   PathSolution search_first(const MatchingProblem& problem, const std::vector<Points>& near) {
     PathSolution found = counted(near.empty() ? search_globally(problem, options_, Finish::kNoSaddle)
-                                              : search_near(problem, options_, near, Finish::kNoSaddle));
+                                              : search_near(problem, options_, near, Finish::kShootable));
     minima_ = found.minima;
     if (!carriers_) others_ = found.others;
     return found;

@@ -94,7 +94,8 @@ TEST(LiveMap, FollowsAMatchToWhereOneFromRestEnds) {
       // Both searches end within their tolerance of 1e-3 of the cost; σ is half a per cent of the diameter, 0.5 pixels.
       EXPECT_LT((map.paths.back() - registration.result).cwiseAbs().maxCoeff(), 0.02) << noise << moves_left;
       EXPECT_NEAR(map.rms, registration.rms(), 0.01);
-      EXPECT_GT((map.paths.back() - near.path.back()).cwiseAbs().maxCoeff(), 1) << "it moved";
+      const Points& before = moves_left ? near.path.front() : near.path.back();
+      EXPECT_GT(((moves_left ? map.paths.front() : map.paths.back()) - before).cwiseAbs().maxCoeff(), 1) << "it moved";
       near = map.near;
     }
   }

@@ -305,7 +305,8 @@ class Page {
     panels.fillTools(byId("session-tools"), sessionTools(this, () => this.openHelp()));
     panels.showSpecimens(byId("specimens"), this.now, this.pass, { step: by => this.stepSpecimen(by) });
     byId("hint").textContent = hintOf(this);
-    this.list.show(this.now, { chosen: this.current, pass: this.pass, doubtful: this.judged.doubtful, noiseShare: this.noiseShare });
+    this.list.show(this.now, { chosen: this.current, pass: this.pass, doubtful: this.judged.doubtful,
+      noiseShare: this.noiseShare, residuals: this.residuals });
     this.strip.show(this.now, this.current, this.pass);
     this.showAlerts();
   }
@@ -388,6 +389,7 @@ class Page {
 
   hearResult(map) {
     this.noiseShare = new Map(map?.landmarks.map((k, i) => [k, map.noise_share[i] ?? 0]) ?? []);
+    this.residuals = new Map(map?.landmarks.map((k, i) => [k, map.residuals[i]]) ?? []);
     this.askForJudgement();
     this.refresh();
   }

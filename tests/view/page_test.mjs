@@ -114,6 +114,33 @@ test("a drag is one step, two drags are two", () => {
   assert.deepEqual(history.now.specimens[0].points, [[1, 1]]);
 });
 
+test("a picture that is added is in every state, and no step", () => {
+  const history = new History(fresh());
+  history.apply(actions.place(history.now, 0, 0, [1, 2]), "place 1");
+  history.apply(actions.place(history.now, 0, 1, [3, 4]), "place 2");
+  history.undo();
+  history.rebase(document => actions.addSpecimens(document, [specimen("c", [[9, 9]])]));
+  assert.deepEqual(history.now.specimens[2].points, [null]);
+  history.redo();
+  assert.deepEqual(history.now.specimens.map(({ points }) => points), [[[1, 2], [3, 4]], [null, null], [null, null]]);
+  history.undo();
+  history.undo();
+  assert.deepEqual(history.now.specimens.map(({ name, points }) => [name, points]), [["a", []], ["b", []], ["c", []]]);
+});
+
+test("what is placed while a picture is on its way is saved after it", async () => {
+  const sent = [];
+  const saver = new Saver(1, async (document, base) => { sent.push([document, base]); return { revision: base + 1 }; }, () => {});
+  saver.hold();
+  saver.save("without the picture");
+  assert.equal(saver.isSaved, false);
+  assert.deepEqual(sent, []);
+  saver.release(2, "with it");
+  for (let i = 0; i < 10; ++i) await null;
+  assert.deepEqual(sent, [["with it", 2]]);
+  assert.ok(saver.isSaved);
+});
+
 test("going to another specimen is no step, and undo stays there", () => {
   const begin = { ...fresh(), specimens: [specimen("a"), specimen("b"), specimen("c")] };
   const history = new History(begin);

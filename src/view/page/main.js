@@ -52,6 +52,7 @@ class Page {
     addEventListener("keydown", event => runKey(this, event));
     addEventListener("dragover", event => event.preventDefault());
     addEventListener("drop", event => {
+      if (event.defaultPrevented) return; // a picture took them
       event.preventDefault();
       if (event.dataTransfer.files.length) this.takePictures([...event.dataTransfer.files]);
     });
@@ -220,14 +221,25 @@ class Page {
     for (const file of files) {
       try {
         await this.saved();
-        const reply = await api.addPicture(file);
-        this.saver.revision = reply.document.revision;
-        this.history.reset(reply.document);
+        await this.takePicture(file);
         this.trouble = null;
       } catch (error) {
         this.trouble = error.message;
         this.refresh();
       }
+    }
+  }
+
+  // What is placed while the picture is on its way stays, and is saved then; so do the steps of undo.
+  async takePicture(file) {
+    this.saver.hold();
+    let revision = this.saver.revision;
+    try {
+      const { document } = await api.addPicture(file);
+      revision = document.revision;
+      this.history.rebase(old => actions.addSpecimens(old, document.specimens.slice(old.specimens.length)));
+    } finally {
+      this.saver.release(revision, this.now);
     }
   }
 

@@ -11,7 +11,7 @@ void ViewArguments::add_to(CLI::App& verb) {
       verb.add_option("FILES", files,
                       "pictures (png, jpg, tif, …), landmark files whose pictures are beside them, or the "
                       "NAME.pulson.json of an earlier session; none: pictures are dropped onto the page; or a folder "
-                      "of results, whose page is opened"));
+                      "of results, whose shapes are opened, or else whose report"));
   verb.add_flag("--no-browser", no_browser, "only print the address of the page");
   verb.add_option("--port", port, "of 127.0.0.1 [any that is free]")->type_name("N")->check(CLI::Range(0, 65535));
   verb.add_flag("--in-place", in_place,

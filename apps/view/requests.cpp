@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/paths.hpp"
 #include "exporting.hpp"
 #include "page_pictures.hpp"
 #include "pulson/core/errors.hpp"
@@ -23,6 +24,10 @@ using PostedJson = nlohmann::json;
 using view::Reply;
 
 constexpr std::size_t kMostPosted = 32U << 20U, kMostPicture = 512U << 20U, kMostWords = 64U << 10U;
+// Reports carry their scripts in themselves, and may be a stranger's: sandboxed, they reach nothing of this page.
+constexpr const char* kPolicyOfReport =
+    "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+    "img-src data: blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 constexpr Eigen::Index kMostPoints = 5'000;
 
 Reply json_reply(const PostedJson& json, int status = 200) {
@@ -82,6 +87,8 @@ Reply PageRequests::answer(const view::Request& request) {
 Reply PageRequests::get(const view::Request& request) {
   if (request.path == "state") return state();
   if (request.path == "picture") return picture(request.query);
+  if (request.path == "report.html" && !report_.empty())
+    return {200, "text/html; charset=utf-8", read_file(report_), kPolicyOfReport};
   if (const view::PageFile* file = view::page_file(request.path))
     return {200, std::string(file->type), std::string(file->text)};
   return {403, "text/plain", "forbidden\n"};
@@ -103,6 +110,7 @@ Reply PageRequests::post(const view::Request& request) {
 Reply PageRequests::state() const {
   return json_reply({{"file", document_.path().filename().string()},
                      {"export", export_name(document_, arguments_.in_place)},
+                     {"report", !report_.empty()},
                      {"document", PostedJson::parse(document_.json())}});
 }
 
@@ -187,6 +195,8 @@ Reply PageRequests::match(const std::string& body) {
     options.noise = json["noise"].get<std::string>();
   }
   const int width = whole_of(json, "width", 1, 1 << 20), height = whole_of(json, "height", 1, 1 << 20);
+  const bool follows = json.contains("follow") && json["follow"] == true;
+  if (follows || json.contains("linear")) ++quick_requests_;
   if (json.contains("linear")) {
     if (!json["linear"].is_string() || !json.contains("ridge") || !json["ridge"].is_number())
       throw InputError("'linear' and 'ridge' are no kernel and its ridge");
@@ -196,7 +206,17 @@ Reply PageRequests::match(const std::string& body) {
                      options)};
   }
   const std::lock_guard lock(matching_);
-  return {200, "application/octet-stream", bytes_of(live_map(left, right, width, height, options), options)};
+  const int before = quick_requests_;
+  try {
+    const view::LiveMap map = follows && can_follow(near_, left, right, options)
+                                  ? followed_map(left, right, width, height, options, near_)
+                                  : live_map(left, right, width, height, options,
+                                             [&] { return !follows && quick_requests_ != before; });
+    near_ = map.near;
+    return {200, "application/octet-stream", bytes_of(map, options)};
+  } catch (const view::Superseded&) {
+    return view::error_reply(503, "a move of a landmark came first");
+  }
 }
 
 Reply PageRequests::write_export(const std::string& body) {

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <atomic>
+#include <filesystem>
 #include <map>
 #include <mutex>
 #include <string>
 
 #include "arguments.hpp"
 #include "opened_shapes.hpp"
+#include "view/live_map.hpp"
 #include "view/local_server.hpp"
 #include "view/saved_document.hpp"
 
@@ -15,8 +17,10 @@ namespace pulson {
 /// Answers what the page asks for. Thread-safe.
 class PageRequests {
  public:
-  PageRequests(view::SavedDocument& document, std::map<std::string, OpenedShape> opened, const ViewArguments& arguments)
-      : document_(document), opened_(std::move(opened)), arguments_(arguments) {}
+  /// @param report a page that is linked to; empty: none
+  PageRequests(view::SavedDocument& document, std::map<std::string, OpenedShape> opened, const ViewArguments& arguments,
+               std::filesystem::path report)
+      : document_(document), opened_(std::move(opened)), arguments_(arguments), report_(std::move(report)) {}
 
   view::Reply answer(const view::Request& request);
   /// Most bytes that it may send there.
@@ -39,7 +43,10 @@ class PageRequests {
   view::SavedDocument& document_;
   std::map<std::string, OpenedShape> opened_;
   const ViewArguments& arguments_;
+  std::filesystem::path report_;
   std::mutex judging_, matching_;  // one of each at a time: a match uses all threads
+  view::NearMatch near_;           // of the last match, which the next may follow; behind matching_
+  std::atomic<int> quick_requests_ = 0;  // that came: a match in full, which takes longer, ends for them
   std::atomic<bool> is_over_ = false;
 };
 

@@ -49,7 +49,7 @@ std::string picture_for(const Landmarks& shape, std::vector<std::string>& pictur
 
 std::vector<Landmarks> shapes_of_files(const ViewFiles& files, const ViewArguments& arguments, std::string& format,
                                        std::vector<std::string>& notes) {
-  std::vector<Landmarks> shapes;
+  std::vector<Landmarks> shapes = files.shapes;
   for (const std::string& file : files.landmarks) {
     formats::LandmarkFile read = read_landmark_file(file, arguments.reading);
     notes.insert(notes.end(), read.warnings.begin(), read.warnings.end());
@@ -93,6 +93,16 @@ std::vector<OpenedShape> opened_shapes(const ViewFiles& files, const ViewArgumen
 bool shows(const view::ViewDocument& document, const std::string& picture) {
   return std::any_of(document.specimens.begin(), document.specimens.end(),
                      [&](const auto& specimen) { return specimen.picture == picture; });
+}
+
+// A session beside results that were made anew, of other shapes, cannot go on.
+void require_same_shapes(const view::ViewDocument& document, const std::vector<OpenedShape>& shapes,
+                         const fs::path& session) {
+  for (const OpenedShape& opened : shapes)
+    if (std::none_of(document.specimens.begin(), document.specimens.end(),
+                     [&](const auto& specimen) { return specimen.shape == opened.shape.source; }))
+      throw InputError(fmt::format("{} is a session of other shapes than these results, without {}; move it away",
+                                   session.string(), opened.shape.source));
 }
 
 void add_pictures(const std::vector<std::string>& pictures, const fs::path& folder, std::int64_t max_pixels,
@@ -142,6 +152,9 @@ ViewFiles::ViewFiles(const ViewArguments& arguments) {
     document = "landmarks.pulson.json";
 }
 
+ViewFiles::ViewFiles(const ViewedResults& results)
+    : shapes(results.shapes), document(results.folder.string() + std::string(kSessionEnd)) {}
+
 PagePicture page_picture(const std::string& path, const Picture& picture) {
   PagePicture page{path, picture.image.width(), picture.image.height()};
   if (picture.orientation() > 4) std::swap(page.width, page.height);
@@ -163,6 +176,7 @@ std::map<std::string, OpenedShape> open_session(const ViewFiles& files, const Vi
     shape.shape.source = path_from(saved.folder(), shape.shape.source);
     by_address[shape.shape.source] = shape;
   }
+  if (goes_on && !files.shapes.empty()) require_same_shapes(document, shapes, saved.path());
   if (goes_on)
     notes.push_back(fmt::format("{} goes on where it was, after {}", saved.path().string(),
                                 counted(document.revision, "saved change")));

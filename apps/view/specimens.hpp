@@ -7,6 +7,7 @@
 
 #include "arguments.hpp"
 #include "opened_shapes.hpp"
+#include "results.hpp"
 #include "view/saved_document.hpp"
 #include "warp/picture_files.hpp"
 
@@ -15,10 +16,13 @@ namespace pulson {
 /// What the command line names, sorted.
 struct ViewFiles {
   std::vector<std::string> pictures, landmarks;
+  std::vector<Landmarks> shapes;   ///< of a folder of results
   std::filesystem::path document;  ///< where the session is kept
 
   /// @throws InputError where a file is missing, or there are two sessions
   explicit ViewFiles(const ViewArguments& arguments);
+  /// The shapes of results; the session is NAME.pulson.json beside their folder.
+  explicit ViewFiles(const ViewedResults& results);
 };
 
 /// A picture that the page may show.

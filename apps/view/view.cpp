@@ -12,6 +12,7 @@
 #include "draw/child_process.hpp"
 #include "pulson/core/errors.hpp"
 #include "requests.hpp"
+#include "results.hpp"
 #include "shell/messages.hpp"
 #include "shell/printing.hpp"
 #include "shell/run_results.hpp"
@@ -43,23 +44,27 @@ void open_browser(const std::string& url) {
 }
 
 // The page that a verb wrote beside its results.
-void open_results(const std::string& folder, bool opens) {
-  const std::filesystem::path page = std::filesystem::absolute(folder) / "report.html";
-  if (!is_file(page))
+void open_report(const ViewedResults& results, const std::string& folder, bool opens) {
+  if (results.report.empty())
     throw InputError(fmt::format("{} has no report.html: it is no folder of results, or of a verb that makes no page",
                                  quoted_path(folder)));
-  print_text("{}\n", page.lexically_normal().string());
-  if (opens) open_browser(page.lexically_normal().string());
+  print_text("{}\n", results.report.string());
+  if (!results.why.empty())
+    print_note(fmt::format("its report is opened, landmarks cannot be placed again: {}", results.why));
+  if (opens) open_browser(results.report.string());
 }
 
 void run_view(const ViewArguments& arguments) {
-  if (arguments.files.size() == 1 && is_folder(arguments.files.front()))
-    return open_results(arguments.files.front(), !arguments.no_browser);
-  const ViewFiles files(arguments);
+  const bool is_of_results = arguments.files.size() == 1 && is_folder(arguments.files.front());
+  const ViewedResults results =
+      is_of_results ? results_of(arguments.files.front(), arguments.reading) : ViewedResults{};
+  if (is_of_results && results.shapes.empty())
+    return open_report(results, arguments.files.front(), !arguments.no_browser);
+  const ViewFiles files = is_of_results ? ViewFiles(results) : ViewFiles(arguments);
   view::SavedDocument document(files.document);
   std::vector<std::string> notes;
   std::map<std::string, OpenedShape> opened = open_session(files, arguments, document, notes);
-  PageRequests requests(document, std::move(opened), arguments);
+  PageRequests requests(document, std::move(opened), arguments, results.report);
   view::LocalServer server(
       arguments.port, [&](const view::Request& request) { return requests.answer(request); },
       [](std::string_view path) { return PageRequests::most_bytes(path); });
@@ -86,7 +91,7 @@ void add_view_verb(CLI::App& program) {
       "Examples:\n"
       "  pulson view leaf_1.png leaf_2.png\n"
       "  pulson view wings.tps\n"
-      "  pulson view out   (the page of results)\n"
+      "  pulson view out   (of register, compare, sample or atlas: their shapes, with the report)\n"
       "Exit codes: 0 done, 2 bad input.");
   verb->callback([arguments] { run_view(*arguments); });
 }

@@ -27,10 +27,12 @@ constexpr Index kFirstLandmarks = 150;
 
 class GeodesicSearch {
  public:
-  GeodesicSearch(const MatchingProblem& problem, const MinimiseOptions& options, bool more_steps)
+  GeodesicSearch(const MatchingProblem& problem, const MinimiseOptions& options, bool more_steps,
+                 const std::vector<Points>& near)
       : problem_(problem),
         options_(options),
         more_steps_(more_steps),
+        near_(near),
         grid_(problem.grid),
         carriers_(find_carriers(problem)) {
     rounds_.max_iterations = std::min(options.max_iterations, kMostRoundIterations);
@@ -59,8 +61,10 @@ class GeodesicSearch {
     return counted(search_paths(problem, options_, &start, finish));
   }
 
-  PathSolution search_from_rest(const MatchingProblem& problem) {
-    PathSolution found = counted(search_globally(problem, options_, Finish::kNoSaddle));
+  // From rest, or near the path that is given.
+  PathSolution search_first(const MatchingProblem& problem, const std::vector<Points>& near) {
+    PathSolution found = counted(near.empty() ? search_globally(problem, options_, Finish::kNoSaddle)
+                                              : search_near(problem, options_, near, Finish::kShootable));
     minima_ = found.minima;
     if (!carriers_) others_ = found.others;
     return found;
@@ -74,9 +78,11 @@ class GeodesicSearch {
   }
 
   PathSolution first_path() {
-    if (!carriers_) return search_from_rest(problem_);
+    if (!carriers_) return search_first(problem_, near_);
     const std::vector<Index> few = representatives(problem_, kFirstLandmarks);
-    PathSolution path = search_from_rest(subsampled(problem_, few));
+    std::vector<Points> near_few;
+    for (const Points& nodes : near_) near_few.emplace_back(nodes(Eigen::all, few));
+    PathSolution path = search_first(subsampled(problem_, few), near_few);
     path.fields.own.clear();  // of those few
     const Points end = end_of(path, "midpoint").value_or(problem_.source);
     return search(carriers_->problem(carriers_->of(end), end), path.fields);
@@ -182,6 +188,7 @@ class GeodesicSearch {
   const MinimiseOptions& options_;
   MinimiseOptions rounds_ = options_;
   bool more_steps_;
+  const std::vector<Points>& near_;  ///< nodes of a path to begin near; may be empty
   TimeGrid grid_;  ///< of shots
   std::optional<Carriers> carriers_;
   std::vector<Minimum> minima_;
@@ -192,8 +199,9 @@ class GeodesicSearch {
 
 }  // namespace
 
-GeodesicSolution search_geodesic(const MatchingProblem& problem, const MinimiseOptions& options, bool more_steps) {
-  return GeodesicSearch(problem, options, more_steps).run();
+GeodesicSolution search_geodesic(const MatchingProblem& problem, const MinimiseOptions& options, bool more_steps,
+                                 const std::vector<Points>& near) {
+  return GeodesicSearch(problem, options, more_steps, near).run();
 }
 
 }  // namespace pulson::matching

@@ -25,7 +25,8 @@ struct GeodesicSolution {
 /// Minimises λ∫H dt + D(q(T)), D that of landmarks, over geodesics as `rk4` shoots them, or, where that amplifies
 /// errors too much, `midpoint`; by searches over paths and defect correction, see geodesic_search.cpp.
 /// @param more_steps whether `rk4` may take more steps than the grid of the problem has, see RegistrationOptions
+/// @param near nodes of a path of nearly the same shapes, where the search begins, see search_near(); empty: at rest
 GeodesicSolution search_geodesic(const MatchingProblem& problem, const MinimiseOptions& options,
-                                 bool more_steps = false);
+                                 bool more_steps = false, const std::vector<Points>& near = {});
 
 }  // namespace pulson::matching

@@ -386,6 +386,17 @@ std::optional<PathSolution> search_along(const MatchingProblem& problem, const M
   return continue_path(problem, options, std::move(*path), finish);
 }
 
+PathSolution search_near(const MatchingProblem& problem, const MinimiseOptions& options,
+                         const std::vector<Points>& nodes, Finish finish) {
+  const EffectiveHamiltonian system(problem.system, problem.lambda);
+  const auto path = along(system, problem.grid, resampled(nodes, problem.grid.steps));
+  if (!path) return search_globally(problem, options, finish);
+  const StepFields fields = fields_of(system, *path);
+  PathSolution found = search_paths(problem, options, &fields, finish);
+  found.minima = {{found.cost.total(), 1, 0}};
+  return found;
+}
+
 PathSolution search_globally(const MatchingProblem& problem, const MinimiseOptions& options, Finish finish) {
   return GlobalSearch(problem, options, finish).run();
 }

@@ -18,6 +18,12 @@ PathSolution search_globally(const MatchingProblem& problem, const MinimiseOptio
 std::optional<PathSolution> search_along(const MatchingProblem& problem, const MinimiseOptions& options,
                                          const std::vector<Points>& nodes, Finish finish = Finish::kRoundOff);
 
+/// The minimum that a search ends at which begins in the fields of the path through these nodes, of nearly the same
+/// shapes: of this source landmarks are carried by them. Its `minima` are that one alone. Where there is no path through
+/// the nodes, as search_globally().
+PathSolution search_near(const MatchingProblem& problem, const MinimiseOptions& options,
+                         const std::vector<Points>& nodes, Finish finish = Finish::kRoundOff);
+
 /// Whether some landmarks come much closer to each other on a path than they are at both of its ends. Where none do,
 /// the minimum is hardly ever one of several: see global_search.cpp.
 bool landmarks_meet(const std::vector<Points>& nodes);

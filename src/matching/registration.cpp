@@ -17,6 +17,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "pulson/matching/landmark_predictions.hpp"
+#include "pulson/matching/near_registration.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "registration_problem.hpp"
 #include "shootable_momenta.hpp"
@@ -202,8 +203,8 @@ void record_path(const MatchingProblem& problem, Registration& registration) {
 }
 
 void record_geodesic(const MatchingProblem& problem, const MinimiseOptions& how, bool more_steps,
-                     Registration& registration) {
-  const GeodesicSolution found = search_geodesic(problem, how, more_steps);
+                     const std::vector<Points>& near, Registration& registration) {
+  const GeodesicSolution found = search_geodesic(problem, how, more_steps, near);
   record_search(found, registration);
   registration.integrator = found.integrator;
   registration.grid = found.grid;
@@ -228,12 +229,13 @@ PathSolution search_curves(const MatchingProblem& problem, const std::shared_ptr
 }
 
 void record_paths(const RegistrationProblem& of, const MinimiseOptions& how, bool more_steps,
-                  Registration& registration) {
+                  const std::vector<Points>& near, Registration& registration) {
   const MatchingProblem& problem = of.matching;
-  if (registration.integrator == "rk4") return record_geodesic(problem, how, more_steps, registration);
-  const PathSolution found = of.coarse_data ? search_curves(problem, of.coarse_data, how, more_steps)
-                             : more_steps   ? search_accurate_paths(problem, how)
-                                            : search_globally(problem, how);
+  if (registration.integrator == "rk4") return record_geodesic(problem, how, more_steps, near, registration);
+  const PathSolution found = of.coarse_data  ? search_curves(problem, of.coarse_data, how, more_steps)
+                             : more_steps    ? search_accurate_paths(problem, how)
+                             : !near.empty() ? search_near(problem, how, near)
+                                             : search_globally(problem, how);
   record_search(found, registration);
   registration.grid = found.path.grid;
   registration.increments = found.increments;
@@ -244,13 +246,13 @@ void record_paths(const RegistrationProblem& of, const MinimiseOptions& how, boo
   registration.step_error = shot.error;
 }
 
-Registration solved(const RegistrationProblem& problem, const RegistrationOptions& options,
-                    const MinimiseOptions& how) {
+Registration solved(const RegistrationProblem& problem, const RegistrationOptions& options, const MinimiseOptions& how,
+                    const std::vector<Points>& near = {}) {
   const MatchingProblem& matching = problem.matching;
   Registration registration;
   record_problem(problem, options, registration);
   if (by_paths(registration, how)) {
-    record_paths(problem, how, options.more_steps, registration);
+    record_paths(problem, how, options.more_steps, near, registration);
     if (options.uncertainty) registration.uncertainty = uncertainty_of(matching, registration);
   } else {
     const ShootingSolution found = shoot(matching, shooting_options(problem, options, how));
@@ -301,13 +303,25 @@ DataKind parse_data_kind(std::string_view name) { return kDataKinds.parse(name);
 
 std::string data_kind_name(DataKind kind) { return kDataKinds.name(kind); }
 
-Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
+namespace {
+
+void require_path_of(const std::vector<Points>& path, const Points& source) {
+  if (path.size() < 2) throw InputError(fmt::format("the path to begin near has {} nodes; it needs two", path.size()));
+  for (const Points& nodes : path) {
+    require_size("the path to begin near", nodes, source.rows(), source.cols());
+    if (!nodes.allFinite()) throw InputError("the path to begin near has numbers that are not finite");
+  }
+}
+
+Registration registered(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options,
+                        const std::vector<Points>& near) {
   const SerialBlas serial;
   const auto start = std::chrono::steady_clock::now();
   RegistrationProblem problem = make_problem(source, target, options);
+  if (!near.empty()) require_path_of(near, problem.source.points);
   MinimiseOptions how = options.minimise;
   how.seed = options.seed;
-  Registration registration = solved(problem, options, how);
+  Registration registration = solved(problem, options, how, near);
   for (int i = 1; i < kMostWeightings && registration.result.allFinite() && !how.is_interrupted(); ++i) {
     if (!reweight(problem, registration.result)) break;
     registration = solved(problem, options, how);
@@ -319,6 +333,18 @@ Registration register_shapes(const Landmarks& source, const Landmarks& target, c
   require_finite_result(registration);
   registration.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return registration;
+}
+
+}  // namespace
+
+Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
+  return registered(source, target, options, {});
+}
+
+Registration register_near(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options,
+                           const std::vector<Points>& path) {
+  if (path.empty()) throw InputError("there is no path to begin near");
+  return registered(source, target, options, path);
 }
 
 std::shared_ptr<const NoiseModel> registration_noise(const Registration& registration) {

@@ -24,8 +24,7 @@ constexpr double kProposed = 0.95;     // probability of the ellipse that is sho
 constexpr double kFalseAlarms = 0.05;  // of sound shapes, those with a landmark in doubt
 constexpr double kTailOfPairs = 4;     // degrees of judgements, as in audit/landmark_law.cpp
 // Degrees by which landmarks of one shape differ in how well the others predict them. With 6, of 1,000 random pairs of
-// each of four published cohorts (wings, salamanders, fish) with 4 to 16 landmarks, 95.3 to 99.6 % of the ellipses hold
-// the landmark, of smooth synthetic pairs 98.5 to 99.9 %; with 8, as few as 94.5 %.
+// each of five published cohorts 94.7 to 99.0 % of the ellipses hold the landmark: benchmarks/proposals.cpp.
 constexpr double kTailOfLandmarks = 6;
 constexpr double kClick = 0.002;     // standard deviation of a click, part of the diameter
 constexpr double kRounding = 1e-13;  // of s², in squared diameters

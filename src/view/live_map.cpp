@@ -14,6 +14,7 @@
 #include "pulson/core/alignment.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
+#include "pulson/matching/near_registration.hpp"
 #include "pulson/matching/registration.hpp"
 #include "pulson/warp/material_flow.hpp"
 
@@ -85,32 +86,29 @@ Eigen::VectorXd jacobians_of_grid(const Points& before, const Points& after, con
   return jacobians;
 }
 
+double folded_fraction(const Eigen::VectorXd& jacobians) {
+  return static_cast<double>((jacobians.array() < 0).count()) / static_cast<double>(jacobians.size());
+}
+
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 }  // namespace
 
-LiveMap live_map(const Points& source, const Points& target, int width, int height, const LiveMapOptions& options) {
-  const auto begin = std::chrono::steady_clock::now();
+namespace {
+
+// What all matches show: frames and paths over time, residuals and the part of the noise.
+LiveMap shown_match(const matching::Registration& registration, std::vector<int> landmarks, const std::string& noise,
+                    const warp::MaterialFlow& flow, const std::vector<Points>& all, int frames) {
   LiveMap map;
-  map.landmarks = common_landmarks(source, target, options);
-  matching::RegistrationOptions match;
-  match.noise = options.noise;
-  const matching::Registration registration = matching::register_shapes(
-      placed_landmarks(source, map.landmarks, "left"), placed_landmarks(target, map.landmarks, "right"), match);
-  const warp::MaterialFlow flow(matching::registration_system(registration), matching::replay(registration));
-  const Points nodes = registration.alignment.apply(grid_over(width, height, options));
-  const std::vector<Points> all = flow.paths(nodes);
+  map.landmarks = std::move(landmarks);
   const std::size_t steps = all.size() - 1;
-  for (const std::size_t step : shown_steps(steps, options.frames)) {
+  for (const std::size_t step : shown_steps(steps, frames)) {
     map.times.push_back(static_cast<double>(step) / static_cast<double>(steps));
     map.frames.push_back(all[step]);
     map.paths.push_back(flow.path().states[step].q);
   }
-  const warp::MovedPoints ends = flow.end_with_gradients(nodes);
-  map.jacobians = ends.jacobians();
-  map.folded_fraction = ends.folded_fraction();
   map.residuals = registration.distances();
   for (const int k : registration.unmatched_landmarks())
     map.unmatched.push_back(map.landmarks[static_cast<std::size_t>(k)]);
@@ -119,6 +117,56 @@ LiveMap live_map(const Points& source, const Points& target, int width, int heig
   map.rms = registration.rms();
   map.converged = registration.converged;
   map.ridge = registration.sigma * registration.sigma * registration.lambda;
+  map.near = {map.landmarks, noise, registration.kernel, registration.lambda, {}};
+  // Of landmarks at one place one alone takes part: such a match is not followed.
+  if (registration.source.count() == std::ssize(map.landmarks))
+    for (const PhaseState& state : flow.path().states) map.near.path.push_back(state.q);
+  return map;
+}
+
+}  // namespace
+
+LiveMap live_map(const Points& source, const Points& target, int width, int height, const LiveMapOptions& options,
+                 const std::function<bool()>& is_unwanted) {
+  const auto begin = std::chrono::steady_clock::now();
+  const std::vector<int> landmarks = common_landmarks(source, target, options);
+  matching::RegistrationOptions match;
+  match.noise = options.noise;
+  match.minimise.interrupted = is_unwanted;
+  const matching::Registration registration = matching::register_shapes(
+      placed_landmarks(source, landmarks, "left"), placed_landmarks(target, landmarks, "right"), match);
+  if (match.minimise.is_interrupted()) throw Superseded();
+  const warp::MaterialFlow flow(matching::registration_system(registration), matching::replay(registration));
+  const Points nodes = registration.alignment.apply(grid_over(width, height, options));
+  LiveMap map = shown_match(registration, landmarks, options.noise, flow, flow.paths(nodes), options.frames);
+  const warp::MovedPoints ends = flow.end_with_gradients(nodes);
+  map.jacobians = ends.jacobians();
+  map.folded_fraction = ends.folded_fraction();
+  map.seconds = seconds_since(begin);
+  return map;
+}
+
+bool can_follow(const NearMatch& near, const Points& source, const Points& target, const LiveMapOptions& options) {
+  return near.path.size() > 1 && near.noise == options.noise &&
+         near.landmarks == common_landmarks(source, target, options);
+}
+
+LiveMap followed_map(const Points& source, const Points& target, int width, int height, const LiveMapOptions& options,
+                     const NearMatch& near) {
+  const auto begin = std::chrono::steady_clock::now();
+  const std::vector<int> landmarks = common_landmarks(source, target, options);
+  matching::RegistrationOptions match;
+  match.noise = options.noise;
+  match.kernel = near.kernel;
+  match.lambda = near.lambda;
+  const matching::Registration registration = matching::register_near(
+      placed_landmarks(source, landmarks, "left"), placed_landmarks(target, landmarks, "right"), match, near.path);
+  const warp::MaterialFlow flow(matching::registration_system(registration), matching::replay(registration));
+  const Points nodes = registration.alignment.apply(grid_over(width, height, options));
+  LiveMap map = shown_match(registration, landmarks, options.noise, flow, flow.paths(nodes), options.frames);
+  map.jacobians = jacobians_of_grid(map.frames.front(), map.frames.back(), options);
+  map.folded_fraction = folded_fraction(map.jacobians);
+  map.is_followed = true;
   map.seconds = seconds_since(begin);
   return map;
 }
@@ -140,7 +188,7 @@ LiveMap linear_map(const Points& source, const Points& target, int width, int he
   map.frames = {nodes, nodes + coefficients * operator_of.gram(q0, nodes)};
   map.paths = {q0, q0 + coefficients * operator_of.gram(q0, q0)};
   map.jacobians = jacobians_of_grid(map.frames[0], map.frames[1], options);
-  map.folded_fraction = static_cast<double>((map.jacobians.array() < 0).count()) / static_cast<double>(nodes.cols());
+  map.folded_fraction = folded_fraction(map.jacobians);
   map.residuals = (map.paths[1] - to).colwise().norm();
   map.rms = std::sqrt(map.residuals.squaredNorm() / static_cast<double>(map.residuals.size()));
   map.kernel = kernel;
@@ -162,6 +210,7 @@ std::string bytes_of(const LiveMap& map, const LiveMapOptions& options) {
                       {"kernel", map.kernel},
                       {"ridge", map.ridge},
                       {"linear", map.is_linear},
+                      {"followed", map.is_followed},
                       {"rms", map.rms},
                       {"folded_fraction", map.folded_fraction},
                       {"converged", map.converged},

@@ -43,11 +43,12 @@ void keep_port_alone(socket_t socket) {
   ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
 }
 
+constexpr const char* kPolicy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
 const httplib::Headers& headers_of_all() {
   static const httplib::Headers kHeaders = {
-      {"Content-Security-Policy",
-       "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
-       "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
       {"Cross-Origin-Opener-Policy", "same-origin"},
       {"Cross-Origin-Resource-Policy", "same-origin"},
       {"X-Content-Type-Options", "nosniff"},
@@ -101,6 +102,7 @@ struct LocalServer::Implementation {
 
   static void send(const Reply& reply, httplib::Response& response) {
     response.status = reply.status;
+    response.set_header("Content-Security-Policy", reply.policy.empty() ? kPolicy : reply.policy);
     response.set_content(reply.body, reply.type);
   }
 

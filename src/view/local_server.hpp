@@ -20,6 +20,7 @@ struct Reply {
   int status = 200;
   std::string type = "application/json";
   std::string body = {};
+  std::string policy = {};  ///< Content-Security-Policy; empty: that of the page's own files
 };
 
 /// {"error": text}

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "error_of.hpp"
+#include "pulson/matching/registration.hpp"
 
 namespace pulson::view {
 namespace {
@@ -62,6 +63,60 @@ TEST(LiveMap, OfSmallDisplacementsIsNearlyTheLinearModel) {
     before = apart;
     EXPECT_LT((map.jacobians - linear.jacobians).cwiseAbs().mean(), 0.05);
   }
+}
+
+// What the match with the same kernel and λ from rest ends at.
+matching::Registration match_as(const NearMatch& near, const Points& source, const Points& target) {
+  Landmarks from, to;
+  from.points = source;
+  to.points = target;
+  from.frame.y_down = to.frame.y_down = true;
+  matching::RegistrationOptions options;
+  options.noise = near.noise;
+  options.kernel = near.kernel;
+  options.lambda = near.lambda;
+  return matching::register_shapes(from, to, options);
+}
+
+TEST(LiveMap, FollowsAMatchToWhereOneFromRestEnds) {
+  for (const char* noise : {"none", "ch-sd:beta=5%"}) {
+    const LiveMapOptions options{.noise = noise};
+    Points source = kSource, target = kSource;
+    target.col(4) += Eigen::Vector2d(8, 5);
+    NearMatch near = live_map(source, target, 100, 80, options).near;
+    // Two moves, of which the second follows a followed match: one of the right picture and one of the left.
+    for (const bool moves_left : {false, true}) {
+      (moves_left ? source : target).col(3) += Eigen::Vector2d(-6, 4);
+      ASSERT_TRUE(can_follow(near, source, target, options));
+      const LiveMap map = followed_map(source, target, 100, 80, options, near);
+      const matching::Registration registration = match_as(near, source, target);
+      EXPECT_TRUE(map.is_followed && map.converged);
+      // Both searches end within their tolerance of 1e-3 of the cost; σ is half a per cent of the diameter, 0.5 pixels.
+      EXPECT_LT((map.paths.back() - registration.result).cwiseAbs().maxCoeff(), 0.02) << noise << moves_left;
+      EXPECT_NEAR(map.rms, registration.rms(), 0.01);
+      const Points& before = moves_left ? near.path.front() : near.path.back();
+      EXPECT_GT(((moves_left ? map.paths.front() : map.paths.back()) - before).cwiseAbs().maxCoeff(), 1) << "it moved";
+      near = map.near;
+    }
+  }
+}
+
+TEST(LiveMap, FollowsNoMatchOfOtherLandmarksOrNoise) {
+  const NearMatch near = live_map(kSource, kSource, 100, 80, {}).near;
+  EXPECT_TRUE(can_follow(near, kSource, kSource, {}));
+  EXPECT_FALSE(can_follow(near, kSource, kSource, {.noise = "ch-sd:beta=5%"}));
+  Points fewer = kSource;
+  fewer.col(2).setConstant(std::nan(""));
+  EXPECT_FALSE(can_follow(near, kSource, fewer, {}));
+  EXPECT_FALSE(can_follow({}, kSource, kSource, {}));
+}
+
+TEST(LiveMap, EndsWhereItIsNoLongerWanted) {
+  Points target = kSource;
+  target.col(4) += Eigen::Vector2d(8, 5);
+  int asked = 0;
+  EXPECT_THROW(live_map(kSource, target, 100, 80, {}, [&] { return ++asked > 1; }), Superseded);
+  EXPECT_GT(asked, 1);
 }
 
 TEST(LiveMap, BytesAreAHeadAndNumbers) {

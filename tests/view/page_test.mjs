@@ -10,6 +10,7 @@ import { fileURLToPath } from "node:url";
 import * as actions from "../../src/view/page/actions.js";
 import { readMap } from "../../src/view/page/api.js";
 import * as geometry from "../../src/view/page/geometry.js";
+import { Result } from "../../src/view/page/result.js";
 import { Saver } from "../../src/view/page/saving.js";
 import { History } from "../../src/view/page/state.js";
 import { between, cellsOf } from "../../src/view/page/warp.js";
@@ -111,6 +112,33 @@ test("a drag is one step, two drags are two", () => {
   assert.deepEqual(history.now.specimens[0].points, [[4, 1]]);
   history.undo();
   assert.deepEqual(history.now.specimens[0].points, [[1, 1]]);
+});
+
+test("a picture that is added is in every state, and no step", () => {
+  const history = new History(fresh());
+  history.apply(actions.place(history.now, 0, 0, [1, 2]), "place 1");
+  history.apply(actions.place(history.now, 0, 1, [3, 4]), "place 2");
+  history.undo();
+  history.rebase(document => actions.addSpecimens(document, [specimen("c", [[9, 9]])]));
+  assert.deepEqual(history.now.specimens[2].points, [null]);
+  history.redo();
+  assert.deepEqual(history.now.specimens.map(({ points }) => points), [[[1, 2], [3, 4]], [null, null], [null, null]]);
+  history.undo();
+  history.undo();
+  assert.deepEqual(history.now.specimens.map(({ name, points }) => [name, points]), [["a", []], ["b", []], ["c", []]]);
+});
+
+test("what is placed while a picture is on its way is saved after it", async () => {
+  const sent = [];
+  const saver = new Saver(1, async (document, base) => { sent.push([document, base]); return { revision: base + 1 }; }, () => {});
+  saver.hold();
+  saver.save("without the picture");
+  assert.equal(saver.isSaved, false);
+  assert.deepEqual(sent, []);
+  saver.release(2, "with it");
+  for (let i = 0; i < 10; ++i) await null;
+  assert.deepEqual(sent, [["with it", 2]]);
+  assert.ok(saver.isSaved);
 });
 
 test("going to another specimen is no step, and undo stays there", () => {
@@ -232,6 +260,76 @@ test("a map is read as it is written", () => {
   assert.deepEqual([...map.jacobians], [20, 21, 22, 23]);
   assert.equal(between(map, map.frames, 0.25)[0], 2);
   assert.deepEqual([...cellsOf(map)], [0, 1, 2, 1, 3, 2]);
+});
+
+// ---- which match is asked for
+
+// A page that shows nothing: the program takes `seconds` for each kind of request, and what is asked and shown is listed.
+const askingResult = seconds => {
+  const asked = [], shown = [], pending = [];
+  globalThis.fetch = (path, { body }) => new Promise(done => {
+    const { follow, linear } = JSON.parse(body), kind = linear ? "linear" : follow ? "follow" : "match";
+    asked.push(kind);
+    pending.push((status = 200) => {
+      const head = JSON.stringify({ columns: 0, rows: 0, times: [], landmarks: [], seconds: seconds[kind], kernel: "k", ridge: 1,
+        linear: kind === "linear", followed: kind === "follow" }).padEnd(400);
+      const bytes = new Uint8Array(4 + head.length);
+      new DataView(bytes.buffer).setUint32(0, head.length, true);
+      bytes.set(new TextEncoder().encode(head), 4);
+      done({ ok: status === 200, status, arrayBuffer: async () => bytes.buffer, json: async () => ({ error: "no" }) });
+    });
+  });
+  const result = Object.assign(Object.create(Result.prototype), { wanted: null, busy: 0, turn: 0, isQuick: false, key: "", sizes: [[9, 9], [9, 9]],
+    noise: { on: false }, status: {}, tell: () => {}, matched: { seconds: 1, kernel: "k", ridge: 1, noise: "none" } });
+  result.take = function take(map, request) {
+    this.remember(map, request);
+    shown.push(`${map.linear ? "linear" : map.followed ? "follow" : "match"} ${request.left[0][0]}`);
+  };
+  const move = x => result.update([[x, 0], [1, 0], [0, 1]], [[0, 0], [1, 0], [0, 1]]);
+  const answer = async status => {
+    pending.shift()(status);
+    for (let i = 0; i < 10; ++i) await null;
+  };
+  const pause = () => new Promise(done => setTimeout(done, 150));
+  return { result, asked, shown, move, answer, pause };
+};
+
+test("a match follows the last one at once, and is made in full when nothing moves any more", async () => {
+  const { result, asked, shown, move, answer, pause } = askingResult({ follow: 0.02, match: 1 });
+  move(1);
+  move(2); // waits for the first
+  assert.deepEqual(asked, ["follow"]);
+  await answer();
+  assert.deepEqual(asked, ["follow", "follow"]);
+  await answer();
+  await pause();
+  assert.deepEqual(asked, ["follow", "follow", "match"]);
+  move(3); // does not wait for a match in full
+  assert.deepEqual(asked.slice(3), ["follow"]);
+  await answer(); // the old match in full, which is no longer wanted
+  await answer();
+  await pause();
+  await answer(503); // for another window's move: once more
+  await pause();
+  await answer();
+  assert.deepEqual(shown, ["follow 1", "follow 2", "follow 3", "match 3"]);
+  assert.equal(result.busy, 0);
+});
+
+test("where following is slow the linear model comes first, and nothing where a match in full is quick", async () => {
+  const slow = askingResult({ follow: 0.3, match: 1, linear: 0.01 });
+  slow.move(1);
+  await slow.answer();
+  slow.move(2);
+  assert.deepEqual(slow.asked, ["follow", "linear"]);
+  await slow.answer();
+  const quick = askingResult({ match: 0.02 });
+  quick.result.matched.seconds = 0.02;
+  quick.move(1);
+  await quick.answer();
+  assert.deepEqual(quick.asked, ["match"]);
+  assert.deepEqual(quick.shown, ["match 1"]);
+  assert.equal(quick.result.busy, 0);
 });
 
 // ---- the text of the scripts, those of reports too

@@ -1,12 +1,14 @@
 // `pulson view` as a process: what it keeps when it is killed, when the disk is full, and what it exports.
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <thread>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <httplib.h>
 #include <nlohmann/json.hpp>
@@ -54,6 +56,13 @@ class Server {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
   }
 
+  httplib::Result reply_of(const std::string& name) {
+    return httplib::Client("127.0.0.1", port_).Get(path_ + name);
+  }
+  std::string text_of(const std::string& name, const json& body) {
+    const auto result = httplib::Client("127.0.0.1", port_).Post(path_ + name, body.dump(), "application/json");
+    return result && result->status == 200 ? result->body : std::string(4, '?');
+  }
   std::pair<int, json> get(const std::string& name) {
     httplib::Client client("127.0.0.1", port_);
     const auto result = client.Get(path_ + name);
@@ -252,6 +261,66 @@ TEST_F(ViewProgram, RefusesWhatItCannotOpen) {
   }
 }
 
+TEST_F(ViewProgram, A400MegapixelPictureIsRefusedAndOneOf100IsShownReduced) {
+  for (const int side : {10'000, 20'000}) {
+    const std::string name = fmt::format("{}.pgm", side);
+    write(name, fmt::format("P5 {} {} 255\n", side, side));
+    std::filesystem::resize_file(name, std::filesystem::file_size(name) + static_cast<std::uintmax_t>(side) * side);
+  }
+  const ProgramRun refused = run({"view", "--no-browser", "20000.pgm"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("20000 x 20000 pixels, more than --max-pixels 200000000 allows"));
+  Server server({"10000.pgm"});
+  EXPECT_EQ(server.document()["specimens"][0]["width"], 10'000);
+  EXPECT_EQ(server.get("picture?name=0").first, 200);
+}
+
+TEST_F(ViewProgram, OfHundredsOfSavesAtOnceOneWinsAndTheOthersAreToldSo) {
+  Server server({"leaf_1.png", "leaf_2.png"});
+  const json first = server.document();
+  std::atomic<int> saved = 0, refused = 0;
+  std::vector<std::thread> windows;
+  windows.reserve(20);
+  for (int w = 0; w < 20; ++w)
+    windows.emplace_back([&, w] {
+      for (int i = 0; i < 25; ++i) {
+        const json document = placed(first, {{json::array({w, i})}, {nullptr}});
+        const int status = server.post("state", {{"base", first["revision"]}, {"document", document}}).first;
+        saved += status == 200 ? 1 : 0;
+        refused += status == 409 ? 1 : 0;
+      }
+    });
+  for (std::thread& window : windows) window.join();
+  EXPECT_EQ(saved, 1);
+  EXPECT_EQ(refused, 499);
+  const json now = server.document();
+  EXPECT_EQ(now["revision"], first["revision"].get<int>() + 1);
+  EXPECT_EQ(now, json::parse(contents("leaf_1.pulson.json")));
+}
+
+TEST_F(ViewProgram, AMatchFollowsTheLastOneAndRefusesWhatIsNoRequest) {
+  Server server({"leaf_1.png", "leaf_2.png"});
+  json request{{"left", {{10, 10}, {90, 10}, {90, 70}, {10, 70}}}, {"right", {{12, 10}, {90, 14}, {88, 70}, {10, 75}}},
+               {"width", 100}, {"height", 80}, {"columns", 5}, {"rows", 4}};
+  const auto is_followed = [&] {
+    const std::string head = server.text_of("match", request).substr(4);
+    EXPECT_THAT(head, HasSubstr("\"converged\":true"));
+    return head.find("\"followed\":true") != std::string::npos;
+  };
+  request["follow"] = true;
+  EXPECT_FALSE(is_followed()) << "there is none to follow";
+  request["right"][0][0] = 14;
+  EXPECT_TRUE(is_followed());
+  request["follow"] = false;
+  EXPECT_FALSE(is_followed());
+  request["right"][0] = "absent";
+  request["follow"] = true;
+  EXPECT_FALSE(is_followed()) << "of other landmarks";
+  request["right"][1] = nullptr;
+  EXPECT_EQ(server.post("match", request).first, 422);
+  EXPECT_EQ(server.post("match", {{"left", 1}}).first, 422);
+}
+
 TEST_F(ViewProgram, OpensThePageOfResults) {
   std::filesystem::create_directories("out");
   const ProgramRun none = run({"view", "--no-browser", "out"});
@@ -261,6 +330,38 @@ TEST_F(ViewProgram, OpensThePageOfResults) {
   const ProgramRun done = run({"view", "--no-browser", "out"});
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(done.out, std::filesystem::absolute("out/report.html").lexically_normal().string() + "\n");
+}
+
+TEST_F(ViewProgram, OpensThePicturesOfResultsAndTheirReport) {
+  ASSERT_EQ(run({"register", "leaves.tps#1", "leaves.tps#2", "-o", "out"}).exit_code, 0);
+  {
+    Server server({"out"});
+    const json document = server.document();
+    ASSERT_EQ(document["specimens"].size(), 2U);
+    EXPECT_EQ(document["specimens"][1]["picture"], "leaf_2.png");
+    EXPECT_EQ(document["specimens"][1]["shape"], "leaves.tps#2");
+    EXPECT_EQ(server.get("state").second["report"], true);
+    EXPECT_EQ(server.get("state").second["export"], "out.tps") << "not the file of all specimens";
+    const httplib::Result report = server.reply_of("report.html");
+    ASSERT_TRUE(report);
+    EXPECT_EQ(report->body, contents("out/report.html"));
+    EXPECT_THAT(report->get_header_value("Content-Security-Policy"), testing::StartsWith("sandbox allow-scripts;"));
+    EXPECT_EQ(report->get_header_value_count("Content-Security-Policy"), 1U);
+    EXPECT_EQ(server.get("registration.json").first, 403);
+    EXPECT_EQ(server.save(document), 200);
+  }
+  // Results that were made anew, of others.
+  ASSERT_EQ(run({"register", "leaves.tps#1", "leaves.tps#3", "-o", "out"}).exit_code, 0);
+  const ProgramRun other = run({"view", "--no-browser", "out"});
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("out.pulson.json is a session of other shapes than these results, without leaves.tps#3"));
+  // Where the pictures are no longer there, the report is.
+  std::filesystem::remove("leaf_1.png");
+  std::filesystem::remove("leaf_2.png");
+  const ProgramRun report = run({"view", "--no-browser", "out"});
+  EXPECT_EQ(report.exit_code, 0) << report.err;
+  EXPECT_THAT(report.out, HasSubstr("out/report.html"));
+  EXPECT_THAT(report.err, HasSubstr("its shapes have no pictures"));
 }
 
 }  // namespace

@@ -25,8 +25,22 @@ for (const head of document.querySelectorAll("th")) {
     body.append(...rows.map(({ row }) => row));
   });
 }
-// A picture that is higher than wide is shown as a whole; a wide one scrolls on narrow screens.
+// A picture that is higher than wide is shown as a whole. A wide one fits the screen, too; where that makes its text
+// small, a click, a tap or Enter enlarges it, and it scrolls.
+const kLegible = 44 * 16; // pixels, as in report.css
 for (const picture of document.querySelectorAll(".still img")) {
-  const fit = () => picture.classList.toggle("upright", picture.naturalWidth < picture.naturalHeight);
+  const box = picture.parentNode;
+  const fit = () => {
+    const isUpright = picture.naturalWidth < picture.naturalHeight;
+    picture.classList.toggle("upright", isUpright);
+    box.classList.toggle("enlarges", !isUpright && box.clientWidth < Math.min(kLegible, picture.naturalWidth));
+    if (!box.classList.contains("enlarges")) box.classList.remove("large");
+  };
+  const enlarge = () => {
+    if (box.classList.contains("enlarges")) box.classList.toggle("large");
+  };
   if (picture.complete) fit(); else picture.addEventListener("load", fit);
+  addEventListener("resize", fit);
+  picture.addEventListener("click", enlarge);
+  box.addEventListener("keydown", event => { if (event.key === "Enter") enlarge(); });
 }

@@ -115,6 +115,12 @@ export const placeCurve = (document, s, line, count, pass = "points") => {
   }));
 };
 
+// Of each picture what the document has landmarks for, none of them placed.
+export const addSpecimens = (document, specimens) => ({
+  ...document,
+  specimens: [...document.specimens, ...specimens.map(specimen => ({ ...specimen, points: document.landmarks.map(() => null) }))],
+});
+
 export const show = (document, side, s) => ({ ...document, shown: replaced(document.shown, side, s) });
 
 // How much of a specimen is done: what is placed, missing or absent counts.

@@ -17,8 +17,8 @@ const kManyLandmarks = 60; // that are judged only when a drag ends
 const kMostBitmaps = 16; // pictures in memory: those shown and those of the strip
 
 class Page {
-  constructor({ file, document: state, export: proposedName }) {
-    Object.assign(this, { file, proposedName, current: 0, pass: "points", mode: "place", from: -1, drafts: [[], []],
+  constructor({ file, document: state, export: proposedName, report: hasReport }) {
+    Object.assign(this, { file, proposedName, hasReport, current: 0, pass: "points", mode: "place", from: -1, drafts: [[], []],
       count: 10, judged: { proposal: null, of: [], doubtful: new Map(), exchanged: [], findings: [] }, bitmaps: new Map(), trouble: null });
     this.history = new History(state);
     this.saver = new Saver(state.revision, api.saveState, (what, error) => this.reportSaving(what, error));
@@ -52,6 +52,7 @@ class Page {
     addEventListener("keydown", event => runKey(this, event));
     addEventListener("dragover", event => event.preventDefault());
     addEventListener("drop", event => {
+      if (event.defaultPrevented) return; // a picture took them
       event.preventDefault();
       if (event.dataTransfer.files.length) this.takePictures([...event.dataTransfer.files]);
     });
@@ -220,14 +221,25 @@ class Page {
     for (const file of files) {
       try {
         await this.saved();
-        const reply = await api.addPicture(file);
-        this.saver.revision = reply.document.revision;
-        this.history.reset(reply.document);
+        await this.takePicture(file);
         this.trouble = null;
       } catch (error) {
         this.trouble = error.message;
         this.refresh();
       }
+    }
+  }
+
+  // What is placed while the picture is on its way stays, and is saved then; so do the steps of undo.
+  async takePicture(file) {
+    this.saver.hold();
+    let revision = this.saver.revision;
+    try {
+      const { document } = await api.addPicture(file);
+      revision = document.revision;
+      this.history.rebase(old => actions.addSpecimens(old, document.specimens.slice(old.specimens.length)));
+    } finally {
+      this.saver.release(revision, this.now);
     }
   }
 
@@ -248,6 +260,8 @@ class Page {
       return done;
     });
   }
+
+  openReport() { open("report.html", "_blank", "noopener"); }
 
   // ---- what is shown
 
@@ -290,9 +304,9 @@ class Page {
     this.refreshing ??= requestAnimationFrame(() => {
       this.refreshing = null;
       this.showAll();
-      this.askForJudgement();
       this.result.doubtful = this.judged.doubtful;
       if (this.specimen(1)) this.result.update(this.points(0), this.points(1));
+      if (!this.result.isQuick) this.askForJudgement(); // else when the map is there, which comes first
     });
   }
 
@@ -303,7 +317,8 @@ class Page {
     panels.fillTools(byId("session-tools"), sessionTools(this, () => this.openHelp()));
     panels.showSpecimens(byId("specimens"), this.now, this.pass, { step: by => this.stepSpecimen(by) });
     byId("hint").textContent = hintOf(this);
-    this.list.show(this.now, { chosen: this.current, pass: this.pass, doubtful: this.judged.doubtful, noiseShare: this.noiseShare });
+    this.list.show(this.now, { chosen: this.current, pass: this.pass, doubtful: this.judged.doubtful,
+      noiseShare: this.noiseShare, residuals: this.residuals });
     this.strip.show(this.now, this.current, this.pass);
     this.showAlerts();
   }
@@ -386,7 +401,9 @@ class Page {
 
   hearResult(map) {
     this.noiseShare = new Map(map?.landmarks.map((k, i) => [k, map.noise_share[i] ?? 0]) ?? []);
-    if (map) this.refresh();
+    this.residuals = new Map(map?.landmarks.map((k, i) => [k, map.residuals[i]]) ?? []);
+    this.askForJudgement();
+    this.refresh();
   }
 }
 

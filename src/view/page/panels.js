@@ -50,7 +50,7 @@ export class LandmarkList {
     Object.assign(this, { root, count, on, rows: [] });
   }
 
-  show(document, { chosen, pass, doubtful, noiseShare }) {
+  show(document, { chosen, pass, doubtful, noiseShare, residuals }) {
     const [left, right] = document.shown.map(s => document.specimens[s] && actions.pointsOf(document.specimens[s], pass));
     const pairs = document.landmarks.filter((_, k) => actions.isPlaced(left?.[k]) && actions.isPlaced(right?.[k])).length;
     this.count.textContent = `${pairs} of ${document.landmarks.length} on both`;
@@ -64,13 +64,14 @@ export class LandmarkList {
       parts.name.placeholder = landmark.group || "name";
       const error = repeatError(actions.repeatsOf(document, k));
       const share = noiseShare?.get(k);
-      const texts = [`${stateText([left?.[k]], 0)} ${stateText([right?.[k]], 0)}`];
+      const texts = [`${stateText([left?.[k]], 0)} ${stateText([right?.[k]], 0)}`], residual = residuals?.get(k);
+      if (residual !== undefined) texts.push(`${residual.toPrecision(2)} px`);
       if (error !== null) texts.push(`σ ${error.toFixed(1)} px`);
       if (share > 0.05) texts.push(`noise ${Math.round(100 * share)} %`);
       if (doubtful.has(k)) texts.push("▲ doubtful");
       parts.state.textContent = texts.join(" · ");
       parts.state.setAttribute("aria-label",
-        `left ${spoken(left?.[k])}, right ${spoken(right?.[k])}${doubtful.has(k) ? ", doubtful" : ""}`);
+        `left ${spoken(left?.[k])}, right ${spoken(right?.[k])}${residual === undefined ? "" : `, residual ${residual.toPrecision(2)} pixels`}${doubtful.has(k) ? ", doubtful" : ""}`);
       parts.state.setAttribute("role", "img");
       parts.state.classList.toggle("amber", doubtful.has(k));
     });

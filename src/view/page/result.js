@@ -4,7 +4,9 @@ import { match } from "./api.js";
 import { WarpView, between } from "./warp.js";
 
 const kLongerSide = 33; // nodes of the grid along the longer side
-const kSlow = 60;       // milliseconds of a match, from which on the linear model is shown first
+const kSlow = 40;       // milliseconds of the program, above which something quicker is shown first
+const kPause = 120;     // milliseconds without a move, until what is slow is asked for
+const kBusy = 503;      // the answer to a match that a quicker request came before
 const kFewest = 3;      // landmarks on both pictures
 const kHighest = 36;    // per cent of the window that the picture is high at most, so that the list has room
 
@@ -26,7 +28,7 @@ export const gridFor = ([width, height]) => {
 export class Result {
   // `tell(map, error)` hears of each match.
   constructor(root, tell) {
-    Object.assign(this, { root, tell, map: null, wanted: null, busy: false, key: "", bitmaps: [null, null], size: [4, 3] });
+    Object.assign(this, { root, tell, map: null, wanted: null, busy: 0, turn: 0, isQuick: false, key: "", bitmaps: [null, null], size: [4, 3] });
     this.look = { time: 1, blend: 0.6, mode: 0, growth: false, folds: true, grid: true, points: true };
     this.noise = { on: false, beta: 5 };
     this.build();
@@ -123,6 +125,7 @@ export class Result {
     if (both < kFewest) {
       this.map = null;
       this.wanted = null;
+      ++this.turn; // what is on its way is not wanted
       this.note.hidden = false;
       this.status.textContent = `${both} of ${kFewest} landmarks`;
       this.tell(null, null);
@@ -133,42 +136,63 @@ export class Result {
     this.wanted = { left, right, width, height, ...gridFor(this.sizes[0]),
       noise: this.noise.on ? `ch-sd:beta=${this.noise.beta}%` : "none" };
     this.asked = performance.now();
-    if (!this.busy) this.next();
+    if (!this.isQuick) this.next();
   }
 
-  // Where the last match was slow, and not of noise, the linear model with its kernel comes first; the match follows when
-  // nothing newer waits.
+  // What is asked for before a match in full, if anything. That is the match of `register`, which fits the kernel anew and
+  // looks for other minima: where it is slow, one comes first that follows the last, and where that is slow, too, the
+  // linear model with its kernel.
+  quickRequest({ noise, left }) {
+    const { matched, followed } = this;
+    if (!matched || 1000 * matched.seconds <= kSlow || noise !== matched.noise) return null;
+    const isSlow = followed?.count === left.length && 1000 * followed.seconds > kSlow;
+    return isSlow && noise === "none" ? { linear: matched.kernel, ridge: matched.ridge } : { follow: true };
+  }
+
+  // One quick request at a time; a slow one is given up for the next.
   async next() {
-    const request = this.wanted, begun = this.asked;
+    const request = this.wanted, begun = this.asked, turn = ++this.turn, quick = this.quickRequest(request);
+    const isNewest = () => turn === this.turn && !this.wanted;
     this.wanted = null;
-    this.busy = true;
+    ++this.busy;
+    this.isQuick = true;
+    const failure = await this.show({ ...request, ...quick }, begun, () => turn === this.turn, !quick);
+    this.isQuick = false;
+    if (this.wanted) this.next();
+    for (let isOpen = quick !== null || failure === kBusy; isOpen;) {
+      await new Promise(done => setTimeout(done, kPause));
+      isOpen = isNewest() && await this.show(request, begun, isNewest, true) === kBusy;
+    }
+    --this.busy;
+  }
+
+  // Shows what the program answers, where it is still wanted. Resolves to the status of an error.
+  async show(request, begun, isWanted, isLast) {
     try {
-      const { matched } = this;
-      if (matched && 1000 * matched.seconds > kSlow && request.noise === "none" && matched.noise === "none") {
-        this.take(await match({ ...request, linear: matched.kernel, ridge: matched.ridge }), request, begun);
-        await new Promise(done => setTimeout(done, 40)); // for a move that goes on
-      }
-      if (!this.wanted) {
-        const map = await match(request);
-        this.matched = { seconds: map.seconds, kernel: map.kernel, ridge: map.ridge, noise: request.noise };
-        this.take(map, request, begun);
-      }
+      const map = await match(request);
+      if (isWanted()) this.take(map, request, begun, isLast);
     } catch (error) {
+      if (!isLast || !isWanted() || error.status === kBusy) return error.status;
       this.status.textContent = error.message;
       this.tell(null, error);
     }
-    this.busy = false;
-    if (this.wanted) this.next();
+    return undefined;
   }
 
-  take(map, request, begun) {
+  remember({ linear, followed, seconds, kernel, ridge }, { noise, left }) {
+    if (followed) this.followed = { seconds, count: left.length };
+    else if (!linear) this.matched = { seconds, kernel, ridge, noise };
+  }
+
+  take(map, request, begun, isLast) {
+    this.remember(map, request);
     this.map = map;
     this.note.hidden = Boolean(this.gl);
     this.gl?.setMap(map);
     this.status.textContent = map.linear ? "linear model …"
-      : `off by ${map.rms.toPrecision(2)} px${map.converged ? "" : ", not converged"}`;
+      : `off by ${map.rms.toPrecision(2)} px${map.converged ? "" : ", not converged"}${isLast ? "" : " …"}`;
     this.paint();
-    performance.measure(map.linear || begun !== this.shownOf ? "pulson:effect" : "pulson:match", { start: begun, end: performance.now() });
+    performance.measure(begun !== this.shownOf ? "pulson:effect" : "pulson:match", { start: begun, end: performance.now() });
     this.shownOf = begun;
     this.showLegend();
     this.tell(map, null);

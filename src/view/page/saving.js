@@ -47,6 +47,17 @@ export class Saver {
     }
   }
 
+  // Nothing is saved between these; what was to be saved is then `document`.
+  hold() { this.busy = true; }
+
+  release(revision, document) {
+    this.busy = false;
+    this.revision = revision;
+    if (this.waiting === null || this.stopped) return;
+    this.waiting = document;
+    this.next();
+  }
+
   // After a conflict: goes on from the revision that the file has, with what is here or with nothing.
   resume(revision, keepsOwn) {
     this.revision = revision;

@@ -39,7 +39,16 @@ export class History {
     this.tell("show");
   }
 
-  // The server's: another window's, or with a picture that was added. A new beginning.
+  // Changes every document alike, which is no step: a picture was added.
+  rebase(change) {
+    const changed = entry => ({ ...entry, document: change(entry.document) });
+    this.past = this.past.map(changed);
+    this.future = this.future.map(changed);
+    this.now = change(this.now);
+    this.tell("reset");
+  }
+
+  // The server's: another window's. A new beginning.
   reset(document) {
     this.past = [];
     this.future = [];

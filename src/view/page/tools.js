@@ -28,8 +28,9 @@ export const sessionTools = (page, openHelp) => {
     { text: "Redo", key: "Control+Shift+z", title: redoes ? `Redo: ${redoes}` : "Nothing to redo", disabled: !redoes, run: () => page.undo(1) },
     { text: "Add pictures", key: "o", title: "Choose picture files; they can be dropped onto the page, too", run: () => page.chooser.click() },
     { text: "Export", key: "e", title: "Write the landmarks into a file", run: () => page.export() },
+    page.hasReport ? { text: "Report", key: "p", title: "Open the report of these results", run: () => page.openReport() } : null,
     { text: "Keys", key: "?", title: "All keys", run: () => openHelp() },
-  ];
+  ].filter(Boolean);
 };
 
 // What is to be done next.

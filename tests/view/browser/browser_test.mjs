@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { copyFileSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { copyFileSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
@@ -200,6 +200,94 @@ try {
   await page.keyboard.press("?");
   await expectAccessible(page, "with the keys");
   await page.screenshot({ path: join(screens, "keys.png") });
+  assert.deepEqual(page.faults, []);
+
+  step("pictures are dropped onto an empty page; a broken one is named and not kept");
+  await page.close();
+  await server.end();
+  const empty = mkdtempSync(join(folder, "empty_"));
+  server = await Server.start(program, empty, []);
+  page = await openPage(browser, server.url, { isEmpty: true });
+  const drop = (name, bytes) => page.evaluate((fileName, list) => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([Uint8Array.from(list)], fileName));
+    window.pulson.photos[0].stage.dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
+  }, name, [...bytes]);
+  const specimens = count => page.waitForFunction(wanted => window.pulson.now.specimens.length === wanted, {}, count);
+  for (const [i, name] of ["leaf_1.png", "leaf_2.png"].entries()) {
+    await drop(name, readFileSync(join(samples, name)));
+    await specimens(i + 1);
+  }
+  await drop("broken.png", readFileSync(join(samples, "leaf_1.png")).subarray(0, 700));
+  await page.waitForFunction(() => document.querySelector("#alerts").textContent.includes("broken.png"));
+  assert.deepEqual(readdirSync(empty).filter(name => !name.startsWith(".")).sort(), ["landmarks.pulson.json", "leaf_1.png", "leaf_2.png"]);
+  await settled(page);
+  await click(page, 0, first[0]);
+  near((await stateOf(page)).specimens[0].points[0], first[0], 1, "on a dropped picture");
+  page.faults = page.faults.filter(text => !text.includes("422"));
+  assert.deepEqual(page.faults, []);
+
+  step("a cohort: specimens, strip, names, curve, wireframe, absent, a second pass; undo and redo of all of it");
+  await page.close();
+  await server.end();
+  copyFileSync(join(samples, "leaves.tps"), join(folder, "leaves.tps"));
+  server = await Server.start(program, folder, ["leaves.tps"]);
+  page = await openPage(browser, server.url);
+  const opened = await stateOf(page);
+  await press(page, "]");
+  assert.equal((await stateOf(page)).shown[1], 2);
+  await page.evaluate(() => document.querySelector(".row button").click());
+  await page.waitForFunction(() => document.querySelectorAll("#strip canvas").length === 1); // of two others with pictures, leaf_1 is shown
+  await press(page, "[");
+  assert.deepEqual(await stateOf(page), opened);
+  await page.evaluate(() => document.querySelector(".row input").focus());
+  await page.keyboard.type("base");
+  await press(page, "Enter");
+  await press(page, "c");
+  for (const side of [0, 1]) for (const place of [[40, 350], [40, 250], [60, 150]]) await click(page, side, place);
+  await press(page, "Enter");
+  const withCurve = await stateOf(page);
+  assert.equal(withCurve.landmarks.length, 29);
+  assert.deepEqual(withCurve.specimens[0].points[28], withCurve.specimens[1].points[28]);
+  await press(page, "w");
+  await click(page, 0, first[0]);
+  await click(page, 0, first[1]);
+  assert.deepEqual((await stateOf(page)).links.at(-1), [0, 1]);
+  await press(page, "Escape");
+  await click(page, 0, [20, 20]);
+  await press(page, "a");
+  assert.equal((await stateOf(page)).specimens[1].points.at(-1), "absent");
+  await press(page, "r");
+  await click(page, 0, [first[0][0] + 3, first[0][1]]);
+  const all = await stateOf(page);
+  assert.equal(all.landmarks[0].name, "base");
+  assert.ok(Math.abs(all.specimens[0].second[0][0] - first[0][0] - 3) < 1);
+  const steps = await page.evaluate(() => window.pulson.history.past.length);
+  const control = async key => {
+    await page.keyboard.down("Control");
+    await press(page, key);
+    await page.keyboard.up("Control");
+  };
+  for (let i = 0; i < steps; ++i) await control("z");
+  assert.deepEqual(await stateOf(page), opened);
+  for (let i = 0; i < steps; ++i) await control("y");
+  assert.deepEqual(await stateOf(page), all);
+  assert.deepEqual(page.faults, []);
+
+  step("results: their pictures, the residual of each landmark, and the report, which reaches nothing of the page");
+  await page.close();
+  await server.end();
+  execFileSync(program, ["register", "leaves.tps#1", "leaves.tps#2", "-o", "out"], { cwd: folder, stdio: "ignore" });
+  server = await Server.start(program, folder, ["out"]);
+  page = await openPage(browser, server.url);
+  assert.match(await page.$eval(".row .state", node => node.textContent), /^● ● · 0\.\d+ px$/);
+  await page.evaluate(() => document.activeElement.blur());
+  const target = new Promise(done => browser.once("targetcreated", done));
+  await page.keyboard.press("p");
+  const report = await (await target).page();
+  await report.waitForFunction(() => document.title.includes("leaf_1 → leaf_2") && [...document.images].every(image => image.naturalWidth > 0));
+  assert.equal(await report.evaluate(() => self.origin), "null");
+  await report.close();
   assert.deepEqual(page.faults, []);
 } finally {
   await browser.close();

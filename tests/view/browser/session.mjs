@@ -37,7 +37,7 @@ export const openBrowser = (work, chromium) =>
     args: ["--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-first-run"],
   });
 
-export const openPage = async (browser, url, { width = 1400, height = 900, dark = false } = {}) => {
+export const openPage = async (browser, url, { width = 1400, height = 900, dark = false, isEmpty = false } = {}) => {
   const page = await browser.newPage();
   page.faults = [];
   page.on("pageerror", error => page.faults.push(String(error)));
@@ -45,7 +45,7 @@ export const openPage = async (browser, url, { width = 1400, height = 900, dark 
   await page.setViewport({ width, height, isMobile: width < 500, hasTouch: width < 500 });
   await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }]);
   await page.goto(url);
-  await page.waitForFunction(() => window.pulson?.result.sizes && window.pulson.saver.isSaved);
+  await page.waitForFunction(empty => window.pulson && (empty || window.pulson.result.sizes) && window.pulson.saver.isSaved, {}, isEmpty);
   await settled(page);
   return page;
 };

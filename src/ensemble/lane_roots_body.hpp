@@ -103,6 +103,71 @@ HWY_NOINLINE LaneMask FindRoots(const LaneEquation& equation, LaneMask open, dou
   return failed;
 }
 
+// The same for one block, by Newton's iteration with most of the derivative of F: e = r + Jr + J²r + … until its terms are
+// as small as what linearising leaves, or round-off, and x ← x + e. A lane in which J does not contract as F must is not
+// solved. @param tangent (t, u): u = J t at the x of the last map, J ≈ F'(x) @param t, e memory of the size of x
+template <class Map, class Tangent>
+HWY_NOINLINE LaneMask FindRootsByTangents(const LaneEquation& equation, LaneMask open, double* t, double* e,
+                                          const Map& map, const Tangent& tangent) {
+  constexpr double kEpsilon = 0x1p-52;
+  constexpr int kMostTurns = 20;
+  const std::size_t size = equation.block;
+  const auto at = [](double* array, std::size_t i) -> Vector& { return reinterpret_cast<Vector*>(array)[i]; };
+  const auto c = [&](std::size_t i) { return reinterpret_cast<const Vector*>(equation.c)[i]; };
+  LaneMask failed = hn::FirstN(Tag(), 0);
+  Vector previous = Constant(std::numeric_limits<double>::infinity());
+  Vector rate = hn::Zero(Tag());
+  for (int turn = 0; !hn::AllFalse(Tag(), open); ++turn) {
+    if (turn == kMostTurns) return hn::Or(failed, open);
+    map(static_cast<const double*>(equation.x), equation.f);
+    Largest<Tag> change, whole;
+    for (std::size_t i = 0; i < size; ++i) {
+      const Vector next = hn::Add(c(i), at(equation.f, i));
+      const Vector residual = hn::Sub(next, at(equation.x, i));
+      change.See(residual);
+      whole.See(next);
+      at(t, i) = residual;
+      at(e, i) = residual;
+    }
+    const Vector correction = change.Get();
+    const Vector scale = hn::Max(whole.Get(), Constant(std::numeric_limits<double>::min()));
+    const Vector rounding = hn::Mul(hn::Max(scale, equation.scales[0]), Constant(64 * kEpsilon));
+    const Vector least = hn::Mul(scale, Constant(kEpsilon / 2));
+    const LaneMask shrinks = hn::Le(correction, hn::Mul(Constant(equation.contraction), previous));
+    const LaneMask at_rounding = hn::Le(correction, rounding);
+    LaneMask done = hn::Or(hn::Le(correction, hn::Mul(scale, Constant(kEpsilon))),
+                           hn::And(at_rounding, hn::Not(hn::Lt(correction, previous))));
+    if (turn > 0) done = hn::Or(done, hn::Le(hn::Mul(correction, rate), least));
+    const LaneMask lost = hn::Not(hn::Or(hn::Or(shrinks, at_rounding), done));
+    failed = hn::Or(failed, hn::And(open, lost));
+    open = hn::AndNot(hn::Or(done, lost), open);
+    if (hn::AllFalse(Tag(), open)) return failed;
+
+    const Vector wanted = hn::Max(hn::Mul(correction, hn::Div(correction, scale)), least);
+    Vector term = correction;
+    for (LaneMask more = open; !hn::AllFalse(Tag(), more);) {
+      tangent(static_cast<const double*>(t), equation.f);
+      Largest<Tag> next;
+      for (std::size_t i = 0; i < size; ++i) {
+        at(t, i) = at(equation.f, i);
+        next.See(at(t, i));
+        at(e, i) = hn::Add(at(e, i), hn::IfThenElseZero(more, at(t, i)));
+      }
+      const Vector ratio = hn::Div(next.Get(), hn::Max(term, Constant(std::numeric_limits<double>::min())));
+      rate = hn::IfThenElse(more, hn::Max(rate, ratio), rate);
+      const LaneMask grows = hn::AndNot(at_rounding, hn::Not(hn::Le(ratio, Constant(equation.contraction))));
+      failed = hn::Or(failed, hn::And(more, grows));
+      open = hn::AndNot(grows, open);
+      term = next.Get();
+      more = hn::AndNot(hn::Or(grows, hn::Not(hn::Gt(hn::Mul(term, rate), wanted))), more);
+    }
+    for (std::size_t i = 0; i < size; ++i)
+      at(equation.x, i) = hn::IfThenElse(open, hn::Add(at(equation.x, i), at(e, i)), at(equation.x, i));
+    previous = correction;
+  }
+  return failed;
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace pulson::ensemble
 HWY_AFTER_NAMESPACE();

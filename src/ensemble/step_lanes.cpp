@@ -250,22 +250,27 @@ class StepLanes {
     if (!model_.traits.moves_momenta) return;
     if (model_.traits.additive) return AddForces(-factor, p, m);
     const Vector zero[1] = {hn::Zero(Tag())};
-    Solve({p, x_, f_, size_, 1, zero, 0.9}, [&](const double* x, double* f) {
+    double* const x = Half(end_);  // not x_, where the noise may be
+    for (std::size_t i = 0; i < size_; ++i) At(x, i) = Vectors(p)[i];
+    Solve({p, x, f_, size_, 1, zero, 0.9}, [&](const double* at, double* f) {
       Clear(f);
-      AddForces(-factor, x, f);
-    }, p);
+      AddForces(-factor, at, f);
+    });
     Sum(p, f_, m, size_);
   }
 
   // x = c + flow_time (H + G)_p(x, m), from x, and the momenta there.
   void Flow(LaneMask risky) {
     const Vector scales[1] = {hn::Mul(Constant(model_.at_zero), TotalMomentum(m_))};
-    Solve({c_, x_, f_, size_, 1, scales, 0.9}, [&](const double* x, double* f) {
+    const auto map = [&](const double* x, double* f) {
       parts_.kernel->MoveTo(x, m_, f);
       if (!model_.compensates) return;
       MoveNoise(x);
       AddCompensationVelocities(model_.flow_time, f);
-    });
+    };
+    // G is small beside H: its derivative is left out.
+    const auto tangent = [&](const double* t, double* u) { parts_.kernel->Tangent(x_, m_, t, u); };
+    hard_ = hn::Or(hard_, FindRootsByTangents({c_, x_, f_, size_, 1, scales, 0.9}, Open(), g_, r_, map, tangent));
     Sum(c_, f_, end_, size_);
     if (model_.compensates || !hn::AllFalse(Tag(), risky)) CheckTurns();
     parts_.kernel->Force(x_, m_, Half(end_));
@@ -274,12 +279,10 @@ class StepLanes {
   }
 
   template <class Map>
-  void Solve(const LaneEquation& equation, const Map& map, const double* from = nullptr) {
-    if (from != nullptr)
-      for (std::size_t i = 0; i < equation.block * static_cast<std::size_t>(equation.blocks); ++i)
-        At(equation.x, i) = Vectors(from)[i];
-    hard_ = hn::Or(hard_, FindRoots(equation, hn::Not(hn::Or(idle_, hard_)), g_, r_, map));
+  void Solve(const LaneEquation& equation, const Map& map) {
+    hard_ = hn::Or(hard_, FindRoots(equation, Open(), g_, r_, map));
   }
+  LaneMask Open() const { return hn::Not(hn::Or(idle_, hard_)); }
 
   // Landmarks that have turned about each other by more than a right angle may be on another root.
   HWY_NOINLINE void CheckTurns() {

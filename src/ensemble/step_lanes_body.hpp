@@ -113,6 +113,31 @@ struct KeptForceSum {
   const double* kept;
 };
 
+// u_a += Σ p_b ∇K·(t_a − t_b), as it is kept: the change of velocities along a change t of positions.
+template <int d>
+struct KeptTangentSum {
+  struct Landmark {
+    Coordinates<d, Tag> x, p, t, u;
+  };
+  HWY_INLINE void Load(std::size_t a, Landmark& l) const {
+    l.x.Load(x, a);
+    l.p.Load(p, a);
+    l.t.Load(t, a);
+    l.u.Load(u, a);
+  }
+  HWY_INLINE void Store(std::size_t a, const Landmark& l) const { l.u.Store(u, a); }
+  HWY_INLINE void Add(Landmark& a, Landmark& b) {
+    const Vector along = a.x.Minus(b.x).Dot(a.t.Minus(b.t));
+    const Vector slope = hn::Mul(hn::Load(Tag(), kept + hn::Lanes(Tag())), along);
+    a.u.Add(slope, b.p);
+    b.u.Add(slope, a.p);
+    kept += 2 * hn::Lanes(Tag());
+  }
+  const double *x, *p, *t;
+  double* u;
+  const double* kept;
+};
+
 // flow_time·K of all lanes. The arrays are of coordinates.
 class KernelLanes {
  public:
@@ -123,6 +148,8 @@ class KernelLanes {
   virtual void Velocity(const double* p, double* u) const = 0;
   // f = −H_q at the same x
   virtual void Force(const double* x, const double* p, double* f) const = 0;
+  // u = ∂(K(x)p)/∂x t at the same x
+  virtual void Tangent(const double* x, const double* p, const double* t, double* u) const = 0;
 };
 
 template <int d, class Kernel>
@@ -142,12 +169,20 @@ class KernelLanesOf final : public KernelLanes {
     AddPairs(sum, count_);
   }
   void Force(const double* x, const double* p, double* f) const override {
-    for (std::size_t i = 0; i < d * count_; ++i) Vectors(f)[i] = hn::Zero(Tag());
+    Clear(f);
     KeptForceSum<d> sum{x, p, f, kept_};
+    AddPairs(sum, count_);
+  }
+  void Tangent(const double* x, const double* p, const double* t, double* u) const override {
+    Clear(u);
+    KeptTangentSum<d> sum{x, p, t, u, kept_};
     AddPairs(sum, count_);
   }
 
  private:
+  HWY_INLINE void Clear(double* array) const {
+    for (std::size_t i = 0; i < d * count_; ++i) Vectors(array)[i] = hn::Zero(Tag());
+  }
   HWY_INLINE void OfItself(const double* p, double* u) const {
     for (std::size_t i = 0; i < d * count_; ++i) Vectors(u)[i] = hn::Mul(Constant(at_zero_), Vectors(p)[i]);
   }

@@ -105,10 +105,11 @@ HWY_NOINLINE LaneMask FindRoots(const LaneEquation& equation, LaneMask open, dou
 
 // The same for one block, by Newton's iteration with most of the derivative of F: e = r + Jr + J²r + … until its terms are
 // as small as what linearising leaves, or round-off, and x ← x + e. A lane in which J does not contract as F must is not
-// solved. @param tangent (t, u): u = J t at the x of the last map, J ≈ F'(x) @param t, e memory of the size of x
+// solved. @param map (turn, x, f): f = F(x), roughly in turns before `first_exact` @param tangent (turn, term, t, u): u = J t
+// at the x of the last map, J ≈ F'(x) @param t, e memory of the size of x
 template <class Map, class Tangent>
-HWY_NOINLINE LaneMask FindRootsByTangents(const LaneEquation& equation, LaneMask open, double* t, double* e,
-                                          const Map& map, const Tangent& tangent) {
+HWY_NOINLINE LaneMask FindRootsByTangents(const LaneEquation& equation, int first_exact, LaneMask open, double* t,
+                                          double* e, const Map& map, const Tangent& tangent) {
   constexpr double kEpsilon = 0x1p-52;
   constexpr int kMostTurns = 20;
   const std::size_t size = equation.block;
@@ -119,7 +120,7 @@ HWY_NOINLINE LaneMask FindRootsByTangents(const LaneEquation& equation, LaneMask
   Vector rate = hn::Zero(Tag());
   for (int turn = 0; !hn::AllFalse(Tag(), open); ++turn) {
     if (turn == kMostTurns) return hn::Or(failed, open);
-    map(static_cast<const double*>(equation.x), equation.f);
+    map(turn, static_cast<const double*>(equation.x), equation.f);
     Largest<Tag> change, whole;
     for (std::size_t i = 0; i < size; ++i) {
       const Vector next = hn::Add(c(i), at(equation.f, i));
@@ -138,6 +139,7 @@ HWY_NOINLINE LaneMask FindRootsByTangents(const LaneEquation& equation, LaneMask
     LaneMask done = hn::Or(hn::Le(correction, hn::Mul(scale, Constant(kEpsilon))),
                            hn::And(at_rounding, hn::Not(hn::Lt(correction, previous))));
     if (turn > 0) done = hn::Or(done, hn::Le(hn::Mul(correction, rate), least));
+    if (turn < first_exact) done = hn::FirstN(Tag(), 0);
     const LaneMask lost = hn::Not(hn::Or(hn::Or(shrinks, at_rounding), done));
     failed = hn::Or(failed, hn::And(open, lost));
     open = hn::AndNot(hn::Or(done, lost), open);
@@ -145,8 +147,9 @@ HWY_NOINLINE LaneMask FindRootsByTangents(const LaneEquation& equation, LaneMask
 
     const Vector wanted = hn::Max(hn::Mul(correction, hn::Div(correction, scale)), least);
     Vector term = correction;
-    for (LaneMask more = open; !hn::AllFalse(Tag(), more);) {
-      tangent(static_cast<const double*>(t), equation.f);
+    LaneMask more = open;
+    for (int number = 0; !hn::AllFalse(Tag(), more); ++number) {
+      tangent(turn, number, static_cast<const double*>(t), equation.f);
       Largest<Tag> next;
       for (std::size_t i = 0; i < size; ++i) {
         at(t, i) = at(equation.f, i);

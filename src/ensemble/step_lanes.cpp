@@ -122,6 +122,9 @@ class StepLanes {
   void MoveNoise(const double* q) {
     for (const auto& noise : parts_.noises) noise->MoveTo(q);
   }
+  void TakeIncrements() {
+    for (std::size_t i = 0; i < parts_.noises.size(); ++i) parts_.noises[i]->TakeIncrements(Increments(i));
+  }
   const double* Increments(std::size_t i) const { return w_ + model_.noises[i].first_channel * Lanes(); }
 
   // to += factor·h_w,p
@@ -148,6 +151,11 @@ class StepLanes {
     for (const auto& noise : parts_.noises) noise->AddCompensationForce(p, h_);
     AddTo(to, factor);
   }
+  void AddCompensationTangents(double factor, const double* t, double* to) {
+    Clear(h_);
+    for (const auto& noise : parts_.noises) noise->AddCompensationTangent(t, h_);
+    AddTo(to, factor);
+  }
   void Clear(double* array) {
     for (std::size_t i = 0; i < size_; ++i) At(array, i) = hn::Zero(Tag());
   }
@@ -164,6 +172,7 @@ class StepLanes {
     parts_.kernel->MoveTo(z, p, f);
     parts_.kernel->Force(z, p, Half(f));
     MoveNoise(z);
+    TakeIncrements();
     AddVelocities(1, f);
     AddForces(-1, p, Half(f));
   }
@@ -199,7 +208,12 @@ class StepLanes {
 
   void Variational() {
     MoveNoise(q());
+    TakeIncrements();
     Momenta(1, p(), m_);
+    if (model_.compensates) {
+      Clear(before_);
+      AddCompensationVelocities(model_.flow_time, before_);  // the first guess of G_p
+    }
     for (std::size_t i = 0; i < size_; ++i) At(c_, i) = At(q(), i);
     AddVelocities(1, c_);
     const LaneMask risky = RiskyLanes(TotalMomentum(m_));
@@ -234,6 +248,7 @@ class StepLanes {
       for (std::size_t i = 0; i < size_; ++i) At(m_, i) = At(before_, i);
       AddForces(-1, before_, m_);
     } else {
+      TakeIncrements();
       Momenta(0.5, before_, m_);  // of the middle
       for (std::size_t i = 0; i < size_; ++i) At(end_, i) = At(m_, i);
       for (std::size_t i = 0; i < size_; ++i) At(m_, i) = At(before_, i);
@@ -262,15 +277,20 @@ class StepLanes {
   // x = c + flow_time (H + G)_p(x, m), from x, and the momenta there.
   void Flow(LaneMask risky) {
     const Vector scales[1] = {hn::Mul(Constant(model_.at_zero), TotalMomentum(m_))};
-    const auto map = [&](const double* x, double* f) {
+    const auto map = [&](int turn, const double* x, double* f) {
       parts_.kernel->MoveTo(x, m_, f);
       if (!model_.compensates) return;
+      if (turn == 0) return Sum(f, before_, f, size_);
       MoveNoise(x);
       AddCompensationVelocities(model_.flow_time, f);
     };
-    // G is small beside H: its derivative is left out.
-    const auto tangent = [&](const double* t, double* u) { parts_.kernel->Tangent(x_, m_, t, u); };
-    hard_ = hn::Or(hard_, FindRootsByTangents({c_, x_, f_, size_, 1, scales, 0.9}, Open(), g_, r_, map, tangent));
+    // G is small beside H: what it adds to the first term is enough.
+    const auto tangent = [&](int turn, int term, const double* t, double* u) {
+      parts_.kernel->Tangent(x_, m_, t, u);
+      if (model_.compensates && turn > 0 && term == 0) AddCompensationTangents(model_.flow_time, t, u);
+    };
+    hard_ = hn::Or(hard_, FindRootsByTangents({c_, x_, f_, size_, 1, scales, 0.9}, model_.compensates ? 1 : 0, Open(),
+                                              g_, r_, map, tangent));
     Sum(c_, f_, end_, size_);
     if (model_.compensates || !hn::AllFalse(Tag(), risky)) CheckTurns();
     parts_.kernel->Force(x_, m_, Half(end_));

@@ -198,10 +198,12 @@ class NoiseLanes {
  public:
   virtual ~NoiseLanes() = default;
   virtual void MoveTo(const double* q) = 0;
+  virtual void TakeIncrements(const double* /*w*/) {}                               ///< of the forces that follow
   virtual void AddVelocity(const double* w, double* by_p) const = 0;                ///< h_w,p
   virtual void AddForce(const double* p, const double* w, double* by_q) const = 0;  ///< h_w,q
   virtual void AddCompensationVelocity(double* by_p) const = 0;                     ///< G_p
   virtual void AddCompensationForce(const double* p, double* by_q) const = 0;       ///< G_q
+  virtual void AddCompensationTangent(const double* t, double* by_p) const = 0;     ///< the change of G_p along t
 };
 
 inline PairNoiseConstants<Vector> NoiseConstants(double beta, double range) {
@@ -216,6 +218,7 @@ class AdditiveLanes final : public NoiseLanes {
   void AddForce(const double* /*p*/, const double* w, double* by_q) const override { Add(loads_.momentum, w, by_q); }
   void AddCompensationVelocity(double* /*by_p*/) const override {}
   void AddCompensationForce(const double* /*p*/, double* /*by_q*/) const override {}
+  void AddCompensationTangent(const double* /*t*/, double* /*by_p*/) const override {}
 
  private:
   static void Add(const std::vector<NoiseLoad>& loads, const double* w, double* to) {
@@ -259,6 +262,9 @@ class ScreenedLanes final : public NoiseLanes {
   void AddCompensationForce(const double* p, double* by_q) const override {
     noise_.AddCompensationForce(chosen_, Choice(), Vectors(p), Vectors(by_q));
   }
+  void AddCompensationTangent(const double* t, double* by_p) const override {
+    noise_.AddCompensationTangent(chosen_, Choice(), Vectors(t), Vectors(by_p));
+  }
 
  private:
   auto Choice() const {
@@ -291,6 +297,9 @@ class KunitaLanes final : public NoiseLanes {
   void AddCompensationForce(const double* p, double* by_q) const override {
     noise_.AddCompensationForce(Vectors(p), Vectors(by_q));
   }
+  void AddCompensationTangent(const double* t, double* by_p) const override {
+    noise_.AddCompensationForce(Vectors(t), Vectors(by_p));
+  }
 
  private:
   double c_;
@@ -313,13 +322,17 @@ class BumpLanes final : public NoiseLanes {
     noise_.MoveTo(Vectors(q), [&](std::size_t i) HWY_ATTR { return Constant(centres[i]); },
                   [&](Vector s) HWY_ATTR { return Exp(ClampExponent(hn::Mul(c, s))); });
   }
+  void TakeIncrements(const double* w) override { noise_.TakeIncrements(Vectors(w)); }
   void AddVelocity(const double* w, double* by_p) const override { noise_.AddVelocity(Vectors(w), Vectors(by_p)); }
-  void AddForce(const double* p, const double* w, double* by_q) const override {
-    noise_.AddForce(Vectors(p), Vectors(w), Vectors(by_q));
+  void AddForce(const double* p, const double* /*w*/, double* by_q) const override {
+    noise_.AddForce(Vectors(p), Vectors(by_q));
   }
   void AddCompensationVelocity(double* by_p) const override { noise_.AddCompensationVelocity(Vectors(by_p)); }
   void AddCompensationForce(const double* p, double* by_q) const override {
     noise_.AddCompensationForce(Vectors(p), Vectors(by_q));
+  }
+  void AddCompensationTangent(const double* t, double* by_p) const override {
+    noise_.AddCompensationForce(Vectors(t), Vectors(by_p));
   }
 
  private:

@@ -19,10 +19,10 @@ namespace HWY_NAMESPACE {
 template <int d, class T>
 class BumpNoise {
  public:
-  static std::size_t MemorySize(std::size_t n, std::size_t bumps) { return n * bumps * (1 + d); }
+  static std::size_t MemorySize(std::size_t n, std::size_t bumps) { return n * (bumps * (1 + d) + d * d); }
 
   BumpNoise(std::size_t n, std::size_t bumps, const PairNoiseConstants<T>& constants, T* memory)
-      : n_(n), bumps_(bumps), constants_(constants), phi_(memory), slope_(memory + n * bumps) {}
+      : n_(n), bumps_(bumps), constants_(constants), phi_(memory), slope_(memory + n * bumps), bend_(slope_ + d * n * bumps) {}
 
   // To positions. @param exponential φ: |x − c_f|² ↦ φ @param centres d×F, f·d + axis
   template <class Centre, class Exponential>
@@ -52,23 +52,26 @@ class BumpNoise {
     }
   }
 
-  // h_w,q
+  // Keeps β Σ_f w_f ∇φ_fᵀ of each landmark, for the increments of the forces that follow.
   template <class W>
-  HWY_INLINE void AddForce(const T* p, const W* w, T* by_q) const {
+  HWY_INLINE void TakeIncrements(const W* w) {
     const T* slope = slope_;
     for (std::size_t a = 0; a < n_; ++a) {
-      T sum[d], of_p[d];
-      for (int j = 0; j < d; ++j) {
-        sum[j] = constants_.zero;
-        of_p[j] = constants_.beta * p[a * d + j];
-      }
-      for (std::size_t f = 0; f < bumps_; ++f, slope += d) {
-        T along = of_p[0] * T(w[f * d]);
-        for (int j = 1; j < d; ++j) along = along + of_p[j] * T(w[f * d + j]);
-        for (int j = 0; j < d; ++j) sum[j] = sum[j] + along * slope[j];
-      }
-      for (int j = 0; j < d; ++j) by_q[a * d + j] = by_q[a * d + j] + sum[j];
+      T sum[d * d];
+      for (int j = 0; j < d * d; ++j) sum[j] = constants_.zero;
+      for (std::size_t f = 0; f < bumps_; ++f, slope += d)
+        for (int i = 0; i < d; ++i)
+          for (int j = 0; j < d; ++j) sum[i * d + j] = sum[i * d + j] + T(w[f * d + i]) * slope[j];
+      for (int j = 0; j < d * d; ++j) bend_[a * d * d + j] = constants_.beta * sum[j];
     }
+  }
+
+  // h_w,q
+  HWY_INLINE void AddForce(const T* p, T* by_q) const {
+    for (std::size_t a = 0; a < n_; ++a)
+      for (int i = 0; i < d; ++i)
+        for (int j = 0; j < d; ++j)
+          by_q[a * d + j] = by_q[a * d + j] + p[a * d + i] * bend_[(a * d + i) * d + j];
   }
 
   // G_p
@@ -84,7 +87,8 @@ class BumpNoise {
     }
   }
 
-  // G_q: φ ∇²φ p = cφ² p + (∇φ·p) ∇φ, as ∇φ = cφ (x − c_f).
+  // G_q: φ ∇²φ p = cφ² p + (∇φ·p) ∇φ, as ∇φ = cφ (x − c_f). As G_p is the gradient of a function, this is its change
+  // along a change p of positions, too.
   HWY_INLINE void AddCompensationForce(const T* p, T* by_q) const {
     const T* phi = phi_;
     const T* slope = slope_;
@@ -106,7 +110,7 @@ class BumpNoise {
  private:
   std::size_t n_, bumps_;
   PairNoiseConstants<T> constants_;
-  T *phi_, *slope_;
+  T *phi_, *slope_, *bend_;
 };
 
 }  // namespace HWY_NAMESPACE

@@ -181,7 +181,39 @@ class ScreenedNoise {
     }
   }
 
-  const T& Screen(std::size_t a) const { return s_[a]; }
+  // The change of G_p along a change t of positions, by those of s and g.
+  template <class Choice>
+  HWY_INLINE void AddCompensationTangent(std::size_t chosen, const Choice& on, const T* t, T* by_p) const {
+    for (std::size_t a = 0; a < n_; ++a) of_s_[a] = constants_.zero;
+    for (std::size_t i = 0; i < d * n_; ++i) of_g_[i] = constants_.zero;
+    const T* e = e_;
+    for (std::size_t a = 1; a < n_; ++a) {
+      T x[d], of_t[d], of_g[d], z[d], change[d], part[d];
+      Copy<d>(q_ + a * d, x);
+      Copy<d>(t + a * d, of_t);
+      Copy<d>(of_g_ + a * d, of_g);
+      T of_s = of_s_[a];
+      for (std::size_t b = 0; b < a; ++b, ++e) {
+        Subtract<d>(x, q_ + b * d, z);
+        Subtract<d>(of_t, t + b * d, change);
+        const T slope = constants_.c * *e;
+        const T of_e = slope * Dot<d>(z, change);
+        of_s = of_s + of_e;
+        of_s_[b] = of_s_[b] + of_e;
+        const T along_z = constants_.c * of_e;
+        for (int j = 0; j < d; ++j) part[j] = slope * change[j] + along_z * z[j];
+        Exchange<d>(part, of_g, of_g_ + b * d);
+      }
+      of_s_[a] = of_s;
+      Copy<d>(of_g, of_g_ + a * d);
+    }
+    for (std::size_t i = 0; i < chosen; ++i) {
+      const std::size_t a = on(i);
+      const T of_s = constants_.quarter * of_s_[a], s = constants_.quarter * s_[a];
+      for (int j = 0; j < d; ++j)
+        by_p[a * d + j] = by_p[a * d + j] + of_s * g_[a * d + j] + s * of_g_[a * d + j];
+    }
+  }
 
  private:
   std::size_t n_;
@@ -276,7 +308,8 @@ class KunitaNoise {
     }
   }
 
-  // G_q,a = −¼β²s Σ_b ((k² − k) v − s (2k − 1) k z z·v), v = p_a − p_b.
+  // G_q,a = −¼β²s Σ_b ((k² − k) v − s (2k − 1) k z z·v), v = p_a − p_b. As G_p,a is the gradient of a function, this
+  // is its change along a change p of positions, too.
   HWY_INLINE void AddCompensationForce(const T* p, T* by_q) const {
     const T factor = constants_.quarter * constants_.c;
     const T* k = k_;

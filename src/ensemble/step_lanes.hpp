@@ -19,10 +19,16 @@ struct NoiseLoads {
   std::vector<NoiseLoad> momentum;
 };
 
+struct LaneBumps {
+  double beta;
+  double width;
+  BumpTicks ticks;
+};
+
 /// A noise that lanes know, from one of its channels on.
 struct LaneNoise {
   std::size_t first_channel = 0;
-  std::variant<NoiseLoads, ScreenedPairs, KunitaPairs, BumpFields> formula;
+  std::variant<NoiseLoads, ScreenedPairs, KunitaPairs, LaneBumps> formula;
 };
 
 /// The equations of a step that lanes know.

@@ -309,17 +309,14 @@ class KunitaLanes final : public NoiseLanes {
 template <int d>
 class BumpLanes final : public NoiseLanes {
  public:
-  BumpLanes(const BumpFields& fields, std::size_t count, LaneArena& arena)
-      : fields_(fields),
-        noise_(count, static_cast<std::size_t>(fields.centres.cols()),
-               NoiseConstants(fields.beta, fields.width * fields.width),
-               Vectors(arena.Take(
-                   BumpNoise<d, Vector>::MemorySize(count, static_cast<std::size_t>(fields.centres.cols()))))) {}
+  BumpLanes(const LaneBumps& bumps, std::size_t count, LaneArena& arena)
+      : c_(-1 / (bumps.width * bumps.width)),
+        noise_(count, bumps.ticks, NoiseConstants(bumps.beta, bumps.width * bumps.width),
+               Vectors(arena.Take(BumpNoise<d, Vector>::MemorySize(count, bumps.ticks)))) {}
 
   void MoveTo(const double* q) override {
-    const Vector c = Constant(-1 / (fields_.width * fields_.width));
-    const double* const centres = fields_.centres.data();
-    noise_.MoveTo(Vectors(q), [&](std::size_t i) HWY_ATTR { return Constant(centres[i]); },
+    const Vector c = Constant(c_);
+    noise_.MoveTo(Vectors(q), [](double x) HWY_ATTR { return Constant(x); },
                   [&](Vector s) HWY_ATTR { return Exp(ClampExponent(hn::Mul(c, s))); });
   }
   void TakeIncrements(const double* w) override { noise_.TakeIncrements(Vectors(w)); }
@@ -336,7 +333,7 @@ class BumpLanes final : public NoiseLanes {
   }
 
  private:
-  const BumpFields& fields_;
+  double c_;
   BumpNoise<d, Vector> noise_;
 };
 
@@ -351,12 +348,18 @@ struct NoiseLanesMaker {
   std::unique_ptr<NoiseLanes> operator()(const KunitaPairs& pairs) const {
     return std::make_unique<KunitaLanes<d>>(pairs, count, arena);
   }
-  std::unique_ptr<NoiseLanes> operator()(const BumpFields& fields) const {
-    return std::make_unique<BumpLanes<d>>(fields, count, arena);
+  std::unique_ptr<NoiseLanes> operator()(const LaneBumps& bumps) const {
+    return std::make_unique<BumpLanes<d>>(bumps, count, arena);
   }
   std::size_t count;
   LaneArena& arena;
 };
+
+inline std::size_t MemoryOfBumps(const LaneBumps& bumps, const StepModel& model) {
+  if (model.dimension == 1) return BumpNoise<1, Vector>::MemorySize(model.count, bumps.ticks);
+  if (model.dimension == 2) return BumpNoise<2, Vector>::MemorySize(model.count, bumps.ticks);
+  return BumpNoise<3, Vector>::MemorySize(model.count, bumps.ticks);
+}
 
 // How many vectors the noise keeps.
 inline std::size_t NoiseMemory(const StepModel& model) {
@@ -365,8 +368,7 @@ inline std::size_t NoiseMemory(const StepModel& model) {
   for (const LaneNoise& noise : model.noises) {
     if (std::holds_alternative<ScreenedPairs>(noise.formula)) size += ScreenedNoise<3, Vector>::MemorySize(n);
     if (std::holds_alternative<KunitaPairs>(noise.formula)) size += KunitaNoise<3, Vector>::MemorySize(n);
-    if (const auto* bumps = std::get_if<BumpFields>(&noise.formula))
-      size += BumpNoise<3, Vector>::MemorySize(n, static_cast<std::size_t>(bumps->centres.cols()));
+    if (const auto* bumps = std::get_if<LaneBumps>(&noise.formula)) size += MemoryOfBumps(*bumps, model);
   }
   return size;
 }

@@ -54,7 +54,7 @@ void add_noises(const NoiseModel& noise, int dimension, int count, std::size_t& 
   } else if (const auto kunita = kunita_pairs(noise)) {
     noises.push_back({channel, *kunita});
   } else if (const auto bumps = bump_fields(noise)) {
-    noises.push_back({channel, *bumps});
+    noises.push_back({channel, LaneBumps{bumps->beta, bumps->width, BumpTicks(bumps->centres)}});
   } else {
     noises.push_back({channel, loads_of(noise, dimension, count)});
   }

@@ -7,6 +7,7 @@
 #define PULSON_BUMP_NOISE_BODY
 #endif
 
+#include "noise/bump_fields.hpp"
 #include "noise/pair_noises_body.hpp"
 
 // Functions are named in Highway's style, which they extend.
@@ -19,24 +20,41 @@ namespace HWY_NAMESPACE {
 template <int d, class T>
 class BumpNoise {
  public:
-  static std::size_t MemorySize(std::size_t n, std::size_t bumps) { return n * (bumps * (1 + d) + d * d); }
+  static std::size_t MemorySize(std::size_t n, const BumpTicks& ticks) {
+    return n * (ticks.of_centre.size() / d * (1 + d) + d * d) + 2 * ticks.ticks.size();
+  }
 
-  BumpNoise(std::size_t n, std::size_t bumps, const PairNoiseConstants<T>& constants, T* memory)
-      : n_(n), bumps_(bumps), constants_(constants), phi_(memory), slope_(memory + n * bumps), bend_(slope_ + d * n * bumps) {}
+  BumpNoise(std::size_t n, const BumpTicks& ticks, const PairNoiseConstants<T>& constants, T* memory)
+      : n_(n),
+        bumps_(ticks.of_centre.size() / d),
+        ticks_(ticks),
+        constants_(constants),
+        phi_(memory),
+        slope_(phi_ + n * bumps_),
+        bend_(slope_ + d * n * bumps_),
+        off_(bend_ + d * d * n),
+        factor_(off_ + ticks.ticks.size()) {}
 
-  // To positions. @param exponential φ: |x − c_f|² ↦ φ @param centres d×F, f·d + axis
-  template <class Centre, class Exponential>
-  HWY_INLINE void MoveTo(const T* q, const Centre& centre, const Exponential& exponential) {
+  // To positions. @param constant x ↦ T @param exponential s ↦ exp(−s/width²)
+  template <class Constant, class Exponential>
+  HWY_INLINE void MoveTo(const T* q, const Constant& constant, const Exponential& exponential) {
     T* phi = phi_;
     T* slope = slope_;
-    for (std::size_t a = 0; a < n_; ++a)
-      for (std::size_t f = 0; f < bumps_; ++f, ++phi, slope += d) {
-        T off[d];
-        for (int j = 0; j < d; ++j) off[j] = q[a * d + j] - centre(f * d + j);
-        *phi = exponential(Dot<d>(off, off));
-        const T factor = constants_.c * *phi;
-        for (int j = 0; j < d; ++j) slope[j] = factor * off[j];
+    for (std::size_t a = 0; a < n_; ++a) {
+      for (std::size_t j = 0; j < d; ++j)
+        for (std::size_t i = ticks_.first[j]; i < ticks_.first[j + 1]; ++i) {
+          off_[i] = q[a * d + j] - constant(ticks_.ticks[i]);
+          factor_[i] = exponential(off_[i] * off_[i]);
+          off_[i] = constants_.c * off_[i];
+        }
+      const std::size_t* of_centre = ticks_.of_centre.data();
+      for (std::size_t f = 0; f < bumps_; ++f, ++phi, slope += d, of_centre += d) {
+        T value = factor_[of_centre[0]];
+        for (int j = 1; j < d; ++j) value = value * factor_[of_centre[j]];
+        *phi = value;
+        for (int j = 0; j < d; ++j) slope[j] = value * off_[of_centre[j]];
       }
+    }
   }
 
   // h_w,p
@@ -109,8 +127,9 @@ class BumpNoise {
 
  private:
   std::size_t n_, bumps_;
+  const BumpTicks& ticks_;
   PairNoiseConstants<T> constants_;
-  T *phi_, *slope_, *bend_;
+  T *phi_, *slope_, *bend_, *off_, *factor_;
 };
 
 }  // namespace HWY_NAMESPACE

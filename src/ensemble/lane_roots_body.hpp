@@ -77,8 +77,8 @@ HWY_NOINLINE LaneMask FindRoots(const LaneEquation& equation, LaneMask open, dou
     const LaneMask shrinks = hn::Le(correction, hn::Mul(Constant(equation.contraction), previous));
     const LaneMask at_rounding = hn::Le(beside_terms, Constant(64 * kEpsilon));
     if (turn > 0) rate = hn::Max(rate, hn::Div(correction, previous));
-    LaneMask done = hn::Or(hn::Le(correction, Constant(kEpsilon)),
-                           hn::And(at_rounding, hn::Not(hn::Lt(correction, previous))));
+    LaneMask done =
+        hn::Or(hn::Le(correction, Constant(kEpsilon)), hn::And(at_rounding, hn::Not(hn::Lt(correction, previous))));
     if (turn > 0) done = hn::Or(done, hn::Le(hn::Mul(correction, rate), Constant(kEpsilon / 2)));
     const LaneMask lost = hn::Not(hn::Or(hn::Or(shrinks, at_rounding), done));
     failed = hn::Or(failed, hn::And(open, lost));
@@ -103,13 +103,13 @@ HWY_NOINLINE LaneMask FindRoots(const LaneEquation& equation, LaneMask open, dou
   return failed;
 }
 
-// The same for one block, by Newton's iteration with most of the derivative of F: e = r + Jr + J²r + … until its terms are
-// as small as what linearising leaves, or round-off, and x ← x + e. A lane in which J does not contract as F must is not
-// solved. @param map (turn, x, f): f = F(x), roughly in turns before `first_exact` @param tangent (turn, term, t, u): u = J t
-// at the x of the last map, J ≈ F'(x) @param t, e memory of the size of x
+// The same for one block, by Newton's iteration with most of the derivative of F: e = r + Jr + J²r + … until its terms
+// are as small as what linearising leaves, or round-off, and x ← x + e. A lane in which J does not contract as F must
+// is not solved. @param map (turn, x, f): f = F(x), roughly in turns before `first_exact` @param tangent (turn, term,
+// t, u): u = J t at the x of the last map, J ≈ F'(x) @param t, u, e memory of the size of x
 template <class Map, class Tangent>
 HWY_NOINLINE LaneMask FindRootsByTangents(const LaneEquation& equation, int first_exact, LaneMask open, double* t,
-                                          double* e, const Map& map, const Tangent& tangent) {
+                                          double* u, double* e, const Map& map, const Tangent& tangent) {
   constexpr double kEpsilon = 0x1p-52;
   constexpr int kMostTurns = 20;
   const std::size_t size = equation.block;
@@ -149,10 +149,10 @@ HWY_NOINLINE LaneMask FindRootsByTangents(const LaneEquation& equation, int firs
     Vector term = correction;
     LaneMask more = open;
     for (int number = 0; !hn::AllFalse(Tag(), more); ++number) {
-      tangent(turn, number, static_cast<const double*>(t), equation.f);
+      tangent(turn, number, static_cast<const double*>(t), u);
       Largest<Tag> next;
       for (std::size_t i = 0; i < size; ++i) {
-        at(t, i) = at(equation.f, i);
+        at(t, i) = at(u, i);
         next.See(at(t, i));
         at(e, i) = hn::Add(at(e, i), hn::IfThenElseZero(more, at(t, i)));
       }

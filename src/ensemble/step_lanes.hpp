@@ -54,10 +54,10 @@ struct StepModel {
   bool antithetic = false;
   std::size_t channels;
   std::vector<LaneNoise> noises;
-  double flow_time;                ///< of a part of the step: Δt, or half of it
-  std::vector<KernelTerm> terms;   ///< flow_time·K
-  double at_zero;                  ///< flow_time·K(0)
-  double lipschitz;                ///< of flow_time·K
+  double flow_time;               ///< of a part of the step: Δt, or half of it
+  std::vector<KernelTerm> terms;  ///< flow_time·K
+  double at_zero;                 ///< flow_time·K(0)
+  double lipschitz;               ///< of flow_time·K
 };
 
 /// Takes steps first … last − 1 for all running lanes, with the same steps as Integrator::integrate() to round-off: a

@@ -103,9 +103,8 @@ bool take_hard_step(const StepModel& model, double* q, double* p, const double* 
   if (!start.q.allFinite() || !start.p.allFinite()) return false;
   // A path of one step: where the mean of two steps' increments acts, that is half of its own.
   const double all = model.scheme == LaneScheme::kVariational ? 2 : 1;
-  const Eigen::MatrixXd increments =
-      all * Eigen::Map<const Eigen::VectorXd, 0, Eigen::InnerStride<>>(
-                w, static_cast<Eigen::Index>(model.channels), apart);
+  const Eigen::MatrixXd increments = all * Eigen::Map<const Eigen::VectorXd, 0, Eigen::InnerStride<>>(
+                                               w, static_cast<Eigen::Index>(model.channels), apart);
   try {
     const Trajectory path = model.integrator->integrate(model.system, start, {model.dt, 1}, increments);
     of_q = path.final().q.reshaped();

@@ -88,8 +88,7 @@ class BumpNoise {
   HWY_INLINE void AddForce(const T* p, T* by_q) const {
     for (std::size_t a = 0; a < n_; ++a)
       for (int i = 0; i < d; ++i)
-        for (int j = 0; j < d; ++j)
-          by_q[a * d + j] = by_q[a * d + j] + p[a * d + i] * bend_[(a * d + i) * d + j];
+        for (int j = 0; j < d; ++j) by_q[a * d + j] = by_q[a * d + j] + p[a * d + i] * bend_[(a * d + i) * d + j];
   }
 
   // G_p

@@ -362,8 +362,7 @@ std::shared_ptr<const NoiseModel> make_p_sd(const Parameters& parameters, const 
 
 }  // namespace
 
-BumpTicks::BumpTicks(const Points& centres)
-    : first{0}, of_centre(static_cast<std::size_t>(centres.size())) {
+BumpTicks::BumpTicks(const Points& centres) : first{0}, of_centre(static_cast<std::size_t>(centres.size())) {
   for (Eigen::Index axis = 0; axis < centres.rows(); ++axis) {
     std::vector<double> of_axis(centres.row(axis).begin(), centres.row(axis).end());
     std::sort(of_axis.begin(), of_axis.end());

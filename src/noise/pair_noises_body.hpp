@@ -210,8 +210,7 @@ class ScreenedNoise {
     for (std::size_t i = 0; i < chosen; ++i) {
       const std::size_t a = on(i);
       const T of_s = constants_.quarter * of_s_[a], s = constants_.quarter * s_[a];
-      for (int j = 0; j < d; ++j)
-        by_p[a * d + j] = by_p[a * d + j] + of_s * g_[a * d + j] + s * of_g_[a * d + j];
+      for (int j = 0; j < d; ++j) by_p[a * d + j] = by_p[a * d + j] + of_s * g_[a * d + j] + s * of_g_[a * d + j];
     }
   }
 

@@ -113,8 +113,7 @@ TEST(StepLanes, TakeEveryKernel) {
                                    "gaussian:alpha=1+matern52:alpha=0.4,weight=0.5+peakon:alpha=1"})
     for (const std::string& integrator : kIntegrators) {
       SCOPED_TRACE(kernel + " " + integrator);
-      expect_paths_of_the_integrator(
-          Setting(kernel, "ch-sd-screened:beta=0.1,gamma=0.8", integrator, cloud(2, 4)), 12);
+      expect_paths_of_the_integrator(Setting(kernel, "ch-sd-screened:beta=0.1,gamma=0.8", integrator, cloud(2, 4)), 12);
     }
 }
 
@@ -123,8 +122,8 @@ TEST(StepLanes, TakeOneLandmarkAndGroups) {
     expect_paths_of_the_integrator(Setting("gaussian:alpha=1", "kunita:beta=0.1,width=1", integrator, cloud(2, 1)), 12);
     Landmarks groups = cloud(2, 6);
     groups.groups = {"a", "a", "a", "b", "b", "b"};
-    expect_paths_of_the_integrator(
-        Setting("gaussian:alpha=1", "ch-sd-screened:beta=0.1,gamma=0.8", integrator, groups), 12);
+    expect_paths_of_the_integrator(Setting("gaussian:alpha=1", "ch-sd-screened:beta=0.1,gamma=0.8", integrator, groups),
+                                   12);
   }
 }
 

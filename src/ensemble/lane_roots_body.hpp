@@ -37,9 +37,10 @@ struct LaneEquation {
 //
 //     x ← g − γ (g − g'),   γ = r·(r − r')/|r − r'|²,   ' of the turn before; γ = 0 where |γ| > ½
 //
-// until r, or what a further turn would leave of it, is round-off. A lane that is done keeps its x, so that it is a
-// function of its own numbers. @param map (x, f): f = F(x) @param g, r memory of the size of x @return the lanes whose
-// residuals do not contract as they must
+// until r, or what a further turn would leave of it, is round-off. F must contract along every change of x, |F(x) −
+// F(x')| ≤ contraction |x − x'|, which without acceleration is what the integrator asks. A lane that is done keeps its
+// x, so that it is a function of its own numbers. @param map (x, f): f = F(x) @param g, r memory of the size of x
+// @return the lanes whose residuals do not contract as they must
 template <class Map>
 HWY_NOINLINE LaneMask FindRoots(const LaneEquation& equation, LaneMask open, double* g, double* r, const Map& map) {
   constexpr double kEpsilon = 0x1p-52;
@@ -53,8 +54,9 @@ HWY_NOINLINE LaneMask FindRoots(const LaneEquation& equation, LaneMask open, dou
   for (int turn = 0; !hn::AllFalse(Tag(), open); ++turn) {
     map(static_cast<const double*>(equation.x), equation.f);
     Vector correction = hn::Zero(Tag()), beside_terms = correction, product = correction, square = correction;
+    Vector moved = correction, mapped = correction;  // changes of x and of F(x) since the last turn
     for (int b = 0; b < equation.blocks; ++b) {
-      Largest<Tag> change, size;
+      Largest<Tag> change, size, move, image;
       Vector block_product = hn::Zero(Tag()), block_square = block_product;
       for (std::size_t i = b * block; i < (b + 1) * block; ++i) {
         const Vector next = hn::Add(c(i), at(equation.f, i));
@@ -63,20 +65,26 @@ HWY_NOINLINE LaneMask FindRoots(const LaneEquation& equation, LaneMask open, dou
         size.See(next);
         if (turn == 0) continue;
         const Vector by = hn::Sub(residual, at(r, i));
+        const Vector of_map = hn::Sub(next, at(g, i));
+        image.See(of_map);
+        move.See(hn::Sub(of_map, by));
         block_product = hn::MulAdd(residual, by, block_product);
         block_square = hn::MulAdd(by, by, block_square);
       }
       const Vector scale = hn::Max(size.Get(), Constant(std::numeric_limits<double>::min()));
       const Vector inverse = hn::Div(Constant(1), scale);
       correction = hn::Max(correction, hn::Mul(change.Get(), inverse));
+      moved = hn::Max(moved, hn::Mul(move.Get(), inverse));
+      mapped = hn::Max(mapped, hn::Mul(image.Get(), inverse));
       beside_terms = hn::Max(beside_terms, hn::Div(change.Get(), hn::Max(scale, equation.scales[b])));
       product = hn::MulAdd(hn::Mul(block_product, inverse), inverse, product);
       square = hn::MulAdd(hn::Mul(block_square, inverse), inverse, square);
       correction = hn::Add(correction, hn::Mul(change.Get(), hn::Zero(Tag())));  // a NaN stays
     }
-    const LaneMask shrinks = hn::Le(correction, hn::Mul(Constant(equation.contraction), previous));
+    const LaneMask finite = hn::Lt(correction, Constant(std::numeric_limits<double>::infinity()));
+    const LaneMask shrinks = hn::And(finite, hn::Le(mapped, hn::Mul(Constant(equation.contraction), moved)));
     const LaneMask at_rounding = hn::Le(beside_terms, Constant(64 * kEpsilon));
-    if (turn > 0) rate = hn::Max(rate, hn::Div(correction, previous));
+    if (turn > 0) rate = hn::Max(rate, hn::Div(mapped, hn::Max(moved, Constant(std::numeric_limits<double>::min()))));
     LaneMask done =
         hn::Or(hn::Le(correction, Constant(kEpsilon)), hn::And(at_rounding, hn::Not(hn::Lt(correction, previous))));
     if (turn > 0) done = hn::Or(done, hn::Le(hn::Mul(correction, rate), Constant(kEpsilon / 2)));
@@ -106,10 +114,11 @@ HWY_NOINLINE LaneMask FindRoots(const LaneEquation& equation, LaneMask open, dou
 // The same for one block, by Newton's iteration with most of the derivative of F: e = r + Jr + J²r + … until its terms
 // are as small as what linearising leaves, or round-off, and x ← x + e. A lane in which J does not contract as F must
 // is not solved. @param map (turn, x, f): f = F(x), roughly in turns before `first_exact` @param tangent (turn, term,
-// t, u): u = J t at the x of the last map, J ≈ F'(x) @param t, u, e memory of the size of x
+// t, u): u = J t at the x of the last map, J ≈ F'(x) @param t, u, e, g memory of
+// the size of x
 template <class Map, class Tangent>
 HWY_NOINLINE LaneMask FindRootsByTangents(const LaneEquation& equation, int first_exact, LaneMask open, double* t,
-                                          double* u, double* e, const Map& map, const Tangent& tangent) {
+                                          double* u, double* e, double* g, const Map& map, const Tangent& tangent) {
   constexpr double kEpsilon = 0x1p-52;
   constexpr int kMostTurns = 20;
   const std::size_t size = equation.block;
@@ -118,15 +127,19 @@ HWY_NOINLINE LaneMask FindRootsByTangents(const LaneEquation& equation, int firs
   LaneMask failed = hn::FirstN(Tag(), 0);
   Vector previous = Constant(std::numeric_limits<double>::infinity());
   Vector rate = hn::Zero(Tag());
+  for (std::size_t i = 0; i < size; ++i) at(g, i) = at(e, i) = hn::Zero(Tag());
   for (int turn = 0; !hn::AllFalse(Tag(), open); ++turn) {
     if (turn == kMostTurns) return hn::Or(failed, open);
     map(turn, static_cast<const double*>(equation.x), equation.f);
-    Largest<Tag> change, whole;
+    Largest<Tag> change, whole, move, image;
     for (std::size_t i = 0; i < size; ++i) {
       const Vector next = hn::Add(c(i), at(equation.f, i));
       const Vector residual = hn::Sub(next, at(equation.x, i));
       change.See(residual);
       whole.See(next);
+      image.See(hn::Sub(next, at(g, i)));
+      move.See(at(e, i));
+      at(g, i) = next;
       at(t, i) = residual;
       at(e, i) = residual;
     }
@@ -134,7 +147,9 @@ HWY_NOINLINE LaneMask FindRootsByTangents(const LaneEquation& equation, int firs
     const Vector scale = hn::Max(whole.Get(), Constant(std::numeric_limits<double>::min()));
     const Vector rounding = hn::Mul(hn::Max(scale, equation.scales[0]), Constant(64 * kEpsilon));
     const Vector least = hn::Mul(scale, Constant(kEpsilon / 2));
-    const LaneMask shrinks = hn::Le(correction, hn::Mul(Constant(equation.contraction), previous));
+    LaneMask shrinks = hn::Lt(correction, previous);
+    if (turn > first_exact)  // e is the change of x
+      shrinks = hn::And(shrinks, hn::Le(image.Get(), hn::Mul(Constant(equation.contraction), move.Get())));
     const LaneMask at_rounding = hn::Le(correction, rounding);
     LaneMask done = hn::Or(hn::Le(correction, hn::Mul(scale, Constant(kEpsilon))),
                            hn::And(at_rounding, hn::Not(hn::Lt(correction, previous))));

@@ -70,23 +70,14 @@ class StepLanes : public StepState {
 
   void Midpoint() {
     const Vector total = TotalMomentum(p());
-    const LaneMask risky = RiskyLanes(total);
-    for (std::size_t i = 0; i < size_; ++i) {
-      const Vector moved = hn::IfThenZeroElse(risky, At(moved_, i));
-      At(x_, i) = hn::MulAdd(Constant(0.5), moved, At(q(), i));
-      At(x_, size_ + i) = At(p(), i);
-    }
+    for (std::size_t i = 0; i < 2 * size_; ++i) At(x_, i) = At(z_, i);
     const Vector scales[2] = {hn::Mul(Constant(model_.at_zero), total),
                               hn::Mul(Constant(model_.lipschitz), hn::Mul(total, total))};
     Solve({z_, x_, f_, size_, 2, scales, 0.5}, [&](const double* m, double* f) {
       Field(m, f);
       for (std::size_t i = 0; i < 2 * size_; ++i) At(f, i) = hn::Mul(Constant(0.5), At(f, i));
     });
-    for (std::size_t i = 0; i < 2 * size_; ++i) {
-      const Vector change = hn::Add(At(f_, i), At(f_, i));
-      At(end_, i) = hn::Add(At(z_, i), change);
-      if (i < size_) At(moved_, i) = change;
-    }
+    for (std::size_t i = 0; i < 2 * size_; ++i) At(end_, i) = hn::MulAdd(Constant(2), At(f_, i), At(z_, i));
   }
 
   void Variational() {
@@ -173,8 +164,8 @@ class StepLanes : public StepState {
       if (model_.compensates && turn > 0 && term == 0) AddCompensationTangents(model_.flow_time, t, u);
     };
     const LaneEquation equation{c_, x_, f_, size_, 1, scales, 0.9};
-    hard_ = hn::Or(hard_,
-                   FindRootsByTangents(equation, model_.compensates ? 1 : 0, Open(), g_, Half(x_), r_, map, tangent));
+    hard_ = hn::Or(hard_, FindRootsByTangents(equation, model_.compensates ? 1 : 0, Open(), g_, Half(x_), r_, Half(g_),
+                                              map, tangent));
     Sum(c_, f_, end_, size_);
     if (model_.compensates || !hn::AllFalse(Tag(), risky)) CheckTurns();
     parts_.kernel->Force(x_, m_, Half(end_));

@@ -80,13 +80,13 @@ def lanes(count, noise, integrator, goal, samples):
 
 def rows(data, problems):
     yield lanes(50, 'ch-sd:beta=0.02', 'variational', 0.7, 6400)
-    yield lanes(50, SCREENED, 'variational', 5, 64)
-    yield lanes(10, 'p-sd:beta=0.02,fields=grid,count=4', 'variational', 5, 64)
-    yield lanes(50, 'p-sd:beta=0.02,fields=grid,count=4', 'variational', 5, 64)
+    yield lanes(50, SCREENED, 'variational', 5, 1280)
+    yield lanes(10, 'p-sd:beta=0.02,fields=grid,count=4', 'variational', 5, 12800)
+    yield lanes(50, 'p-sd:beta=0.02,fields=grid,count=4', 'variational', 5, 1280)
     for integrator in ('heun', 'variational'):
-        yield lanes(10, 'kunita:beta=0.02', integrator, 10, 64)
+        yield lanes(10, 'kunita:beta=0.02', integrator, 10, 12800)
     for integrator in ('heun', 'midpoint', 'variational-2'):
-        yield lanes(10, 'ch-sd:beta=0.02', integrator, 7, 640)
+        yield lanes(10, 'ch-sd:beta=0.02', integrator, 7, 12800)
     yield ('ensemble, one screened path of N = 50',
            f'ensemble --from {{f}}/start50/registration.json --noise {SCREENED} --samples 1 --steps 50', 0.05, None)
     yield ('ensemble, the pair, 50,048 paths',

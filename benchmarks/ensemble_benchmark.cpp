@@ -51,7 +51,7 @@ void add_landmarks(std::int64_t target, const std::string& kernel, int landmarks
                                           pulson::make_noise("ch-sd:beta=0.1")};
     const pulson::ensemble::LandmarkModel model(system, 2, landmarks, 1.0 / kSteps, 1);
     const pulson::ensemble::LandmarkBatch start =
-        pulson::ensemble::landmark_batch(model, 0, circle(system.kernel, landmarks));
+        pulson::ensemble::landmark_batch(model.channels, 0, circle(system.kernel, landmarks));
     for (auto _ : state) {
       pulson::ensemble::LandmarkBatch batch = start;
       pulson::ensemble::advance_landmarks(model, batch, 0, kSteps);

@@ -24,25 +24,7 @@ namespace HWY_NAMESPACE {
 
 using namespace pulson::HWY_NAMESPACE;  // NOLINT(google-build-using-namespace): the same target's lanes
 
-using LaneMask = hn::Mask<Tag>;
-using FloatMask = hn::Mask<FloatTag>;
 using HalfTag = hn::Rebind<float, Tag>;
-
-// The largest of numbers, and NaN if one is not finite.
-template <class D>
-class Largest {
- public:
-  using V = hn::Vec<D>;
-  HWY_INLINE Largest() : size_(hn::Zero(D())), poison_(size_) {}
-  HWY_INLINE void See(V x) {
-    size_ = hn::Max(size_, hn::Abs(x));
-    poison_ = hn::MulAdd(x, hn::Zero(D()), poison_);
-  }
-  HWY_INLINE V Get() const { return hn::Add(size_, poison_); }
-
- private:
-  V size_, poison_;
-};
 
 // As many paths as a vector has floats, in kVectors vectors of doubles. Arrays of doubles hold all coordinates of the
 // first vector, then those of the next, so that sums stream through them; arrays of floats hold the lanes of the first

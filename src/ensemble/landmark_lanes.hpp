@@ -76,8 +76,11 @@ struct LandmarkBatch {
   LaneStore<float> narrow;
 };
 
-/// kPathBatch paths from `first_path` on, all at one start.
-LandmarkBatch landmark_batch(const LandmarkModel& model, std::uint64_t first_path, const PhaseState& start);
+/// kPathBatch paths from `first_path` on, all at one start, of noise with so many channels.
+LandmarkBatch landmark_batch(std::size_t channels, std::uint64_t first_path, const PhaseState& start);
+
+/// Adds what is not 0 of a gradient of channel `channel` to `loads`.
+void add_loads(const Points& gradient, std::size_t channel, std::vector<NoiseLoad>& loads);
 
 /// Takes steps first … last − 1 of (20) for all running lanes with the best vector target of this machine. A lane is a
 /// function of its path number alone, and the same for any split of the steps into calls. Not thread-safe in `batch`.

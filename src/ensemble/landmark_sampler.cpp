@@ -7,6 +7,7 @@
 #include "landmark_lanes.hpp"
 #include "own_kernels.hpp"
 #include "path_sampler.hpp"
+#include "step_lanes.hpp"
 
 namespace pulson::ensemble {
 
@@ -14,12 +15,12 @@ namespace {
 
 double power_of_two_near(double x) { return std::ldexp(1.0, std::ilogb(x)); }
 
+}  // namespace
+
 void add_loads(const Points& gradient, std::size_t channel, std::vector<NoiseLoad>& loads) {
   for (Eigen::Index i = 0; i < gradient.size(); ++i)
     if (gradient.reshaped()[i] != 0) loads.push_back({channel, static_cast<std::size_t>(i), gradient.reshaped()[i]});
 }
-
-}  // namespace
 
 LandmarkModel::LandmarkModel(StochasticSystem its_system, int its_dimension, int its_count, double its_dt,
                              std::uint64_t its_seed)
@@ -55,14 +56,15 @@ LandmarkModel::LandmarkModel(StochasticSystem its_system, int its_dimension, int
   lipschitz = in_units.lipschitz();
 }
 
-LandmarkBatch landmark_batch(const LandmarkModel& model, std::uint64_t first_path, const PhaseState& start) {
-  const std::size_t size = model.dimension * model.count * kPathBatch;
+LandmarkBatch landmark_batch(std::size_t channels, std::uint64_t first_path, const PhaseState& start) {
+  const std::size_t size = static_cast<std::size_t>(start.q.size()) * kPathBatch;
+  const auto count = static_cast<std::size_t>(start.q.cols());
   LandmarkBatch batch{};
   batch.first_path = first_path;
   batch.q.resize(size);
   batch.p.resize(size);
   batch.moved.resize(size);
-  batch.before.resize(model.channels * kPathBatch);
+  batch.before.resize(channels * kPathBatch);
   for (std::size_t i = 0; i < size; ++i) {
     const auto coordinate = static_cast<Eigen::Index>(i / kPathBatch);
     batch.q[i] = start.q.reshaped()[coordinate];
@@ -70,12 +72,12 @@ LandmarkBatch landmark_batch(const LandmarkModel& model, std::uint64_t first_pat
   }
   batch.largest_momentum.fill(start.p.colwise().norm().maxCoeff());
   double side = std::numeric_limits<double>::infinity();
-  if (model.dimension == 1) {
+  if (start.q.rows() == 1) {
     const auto q = [&](std::size_t a) { return start.q(static_cast<Eigen::Index>(a)); };
-    batch.order.resize(model.count);
+    batch.order.resize(count);
     std::iota(batch.order.begin(), batch.order.end(), 0U);
     std::stable_sort(batch.order.begin(), batch.order.end(), [&](std::size_t a, std::size_t b) { return q(a) < q(b); });
-    for (std::size_t i = 1; i < model.count; ++i) side = std::min(side, q(batch.order[i]) - q(batch.order[i - 1]));
+    for (std::size_t i = 1; i < count; ++i) side = std::min(side, q(batch.order[i]) - q(batch.order[i - 1]));
   }
   batch.smallest_side.fill(side);
   return batch;
@@ -111,22 +113,31 @@ namespace {
 // Beyond it the lanes' memory for each pair, 64 bytes and more, outgrows the caches, and shapes are their own vectors.
 constexpr Eigen::Index kMostLandmarks = 1000;
 
+void advance(const LandmarkModel& model, LandmarkBatch& batch, std::uint32_t first, std::uint32_t last) {
+  advance_landmarks(model, batch, first, last);
+}
+void advance(const StepModel& model, LandmarkBatch& batch, std::uint32_t first, std::uint32_t last) {
+  advance_steps(model, batch, first, last);
+}
+
+// @tparam Model LandmarkModel or StepModel
+template <class Model>
 class LandmarkSampler final : public PathSampler {
  public:
-  LandmarkSampler(LandmarkModel model, PhaseState start, PathPlan plan)
-      : model_(std::move(model)), start_(std::move(start)), plan_(std::move(plan)) {}
+  LandmarkSampler(Model model, PhaseState start, PathPlan plan)
+      : model_(std::move(model)), start_(std::move(start)), plan_(std::move(plan)) {
+    model_.antithetic = plan_.antithetic;
+  }
 
   std::string name() const override { return "landmark lanes"; }
 
   LaneEnds sample(std::uint64_t first_path, std::size_t lanes, const Sink& sink) const override {
-    LandmarkBatch of_lanes = landmark_batch(model_, first_path, start_);
+    LandmarkBatch of_lanes = landmark_batch(model_.channels, first_path, start_);
     std::fill(of_lanes.status.begin() + static_cast<std::ptrdiff_t>(lanes), of_lanes.status.end(),
               LaneStatus::kBeyondBound);
     return sample_lanes(
         std::move(of_lanes), plan_, 2 * start_.q.size(), sink,
-        [&](LandmarkBatch& batch, std::uint32_t first, std::uint32_t last) {
-          advance_landmarks(model_, batch, first, last);
-        },
+        [&](LandmarkBatch& batch, std::uint32_t first, std::uint32_t last) { advance(model_, batch, first, last); },
         [&](const LandmarkBatch& batch, LaneStates& states) { copy_states(batch, states); });
   }
 
@@ -144,7 +155,7 @@ class LandmarkSampler final : public PathSampler {
                      batch.q[batch.order[i] * kPathBatch + lane] - batch.q[batch.order[i - 1] * kPathBatch + lane]);
   }
 
-  LandmarkModel model_;
+  Model model_;
   PhaseState start_;
   PathPlan plan_;
 };
@@ -153,14 +164,16 @@ class LandmarkSampler final : public PathSampler {
 
 std::unique_ptr<const PathSampler> make_landmark_sampler(const StochasticSystem& system, const std::string& integrator,
                                                          const PhaseState& start, const PathPlan& plan) {
+  if (start.q.cols() > kMostLandmarks || has_own(system.kernel.terms())) return nullptr;
+  const auto dimension = static_cast<int>(start.q.rows()), count = static_cast<int>(start.q.cols());
   const NoiseTraits traits = system.noise->traits();
-  if (integrator != "variational" && integrator != "variational-paper") return nullptr;
-  if (!traits.additive || !traits.hamiltonian || start.q.cols() > kMostLandmarks) return nullptr;
-  if (has_own(system.kernel.terms())) return nullptr;
-  LandmarkModel model(system, static_cast<int>(start.q.rows()), static_cast<int>(start.q.cols()), plan.grid.dt(),
-                      plan.seed);
-  model.antithetic = plan.antithetic;
-  return std::make_unique<LandmarkSampler>(std::move(model), start, plan);
+  const bool is_variational = integrator == "variational" || integrator == "variational-paper";
+  if (is_variational && traits.additive && traits.hamiltonian)
+    return std::make_unique<LandmarkSampler<LandmarkModel>>(
+        LandmarkModel(system, dimension, count, plan.grid.dt(), plan.seed), start, plan);
+  if (!StepModel::knows(system, integrator, dimension)) return nullptr;
+  return std::make_unique<LandmarkSampler<StepModel>>(
+      StepModel(system, integrator, dimension, count, plan.grid.dt(), plan.seed), start, plan);
 }
 
 }  // namespace pulson::ensemble

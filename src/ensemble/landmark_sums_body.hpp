@@ -26,6 +26,24 @@ using namespace pulson::HWY_NAMESPACE;  // NOLINT(google-build-using-namespace):
 
 using FloatTag = hn::ScalableTag<float>;
 using Floats = hn::Vec<FloatTag>;
+using LaneMask = hn::Mask<Tag>;
+using FloatMask = hn::Mask<FloatTag>;
+
+// The largest of numbers, and NaN if one is not finite.
+template <class D>
+class Largest {
+ public:
+  using V = hn::Vec<D>;
+  HWY_INLINE Largest() : size_(hn::Zero(D())), poison_(size_) {}
+  HWY_INLINE void See(V x) {
+    size_ = hn::Max(size_, hn::Abs(x));
+    poison_ = hn::MulAdd(x, hn::Zero(D()), poison_);
+  }
+  HWY_INLINE V Get() const { return hn::Add(size_, poison_); }
+
+ private:
+  V size_, poison_;
+};
 
 HWY_INLINE Floats FloatConstant(double value) { return hn::Set(FloatTag(), static_cast<float>(value)); }
 

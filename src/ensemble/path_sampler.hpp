@@ -61,8 +61,8 @@ class PathSampler {
   virtual LaneEnds sample(std::uint64_t first_path, std::size_t lanes, const Sink& sink) const = 0;
 };
 
-/// The fastest sampler that knows the system: vector lanes for the pair on a line and for additive noise, else one path
-/// at a time. @throws InputError where the noise or the integrator refuse the start
+/// The fastest sampler that knows the system: vector lanes for the pair on a line and for noises whose formulas lanes
+/// know, else one path at a time. @throws InputError where the noise or the integrator refuse the start
 std::unique_ptr<const PathSampler> make_path_sampler(const StochasticSystem& system, const std::string& integrator,
                                                      const PhaseState& start, const PathPlan& plan);
 
@@ -73,7 +73,7 @@ std::unique_ptr<const PathSampler> make_scalar_sampler(const StochasticSystem& s
 /// The same, which samples the first block once and keeps it: for the ranges of histograms, and then for the sums.
 std::unique_ptr<const PathSampler> keep_first_block(std::unique_ptr<const PathSampler> sampler);
 
-/// Additive noise in vector lanes; null where they do not know the system.
+/// Landmarks in vector lanes; null where they do not know the system.
 std::unique_ptr<const PathSampler> make_landmark_sampler(const StochasticSystem& system, const std::string& integrator,
                                                          const PhaseState& start, const PathPlan& plan);
 

@@ -1,8 +1,8 @@
-
 #include <fmt/core.h>
 
 #include "gaussian_pairs.hpp"
 #include "models.hpp"
+#include "pair_noises.hpp"
 #include "pulson/noise/differentiated_noise.hpp"
 
 namespace pulson {
@@ -44,7 +44,8 @@ struct ChSdScreened : NoiseFormula {
   void add_potentials(const StateOf<T>& state, const VectorOf<T>& theta, VectorOf<T>& h) const {
     const Eigen::Index d = state.q.rows();
     VectorOf<T> screens = VectorOf<T>::Constant(state.q.cols(), T(0));
-    for_each_screen(state, theta, [&](Eigen::Index a, Eigen::Index b, const T*, const T& e) {
+    for_each_gaussian_pair(state.q, theta[1], [&](Eigen::Index a, Eigen::Index b, const T*, const T& e) {
+      if (!screen_each_other(static_cast<std::size_t>(a), static_cast<std::size_t>(b))) return;
       screens[a] += e;
       screens[b] += e;
     });
@@ -55,70 +56,36 @@ struct ChSdScreened : NoiseFormula {
   template <class T>
   void add_gradient(const StateOf<T>& state, const VectorOf<T>& theta, const Eigen::VectorXd& w,
                     StateOf<T>& gradient) const {
-    const Eigen::Index d = state.q.rows(), n = state.q.cols();
-    VectorOf<T> pull = VectorOf<T>::Constant(n, T(0));  // β w_a·p_a
-    VectorOf<T> screens = pull;
-    for (int i = 0; i < on.count(static_cast<int>(n)); ++i)
-      for (Eigen::Index axis = 0; axis < d; ++axis) pull[on[i]] += theta[0] * T(w[i * d + axis]) * state.p(axis, on[i]);
-    const T c = T(-2) / theta[1];
-    for_each_screen(state, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& e) {
-      screens[a] += e;
-      screens[b] += e;
-      const T slope = c * e * (pull[a] + pull[b]);
-      for (Eigen::Index axis = 0; axis < d; ++axis) {
-        gradient.q(axis, a) += slope * z[axis];
-        gradient.q(axis, b) -= slope * z[axis];
-      }
+    with_noise(state, theta, [&](const auto& noise, std::size_t chosen, const auto& choice) {
+      noise.AddVelocity(chosen, choice, w.data(), gradient.p.data());
+      noise.AddForce(chosen, choice, state.p.data(), w.data(), gradient.q.data());
     });
-    for (int i = 0; i < on.count(static_cast<int>(n)); ++i)
-      for (Eigen::Index axis = 0; axis < d; ++axis)
-        gradient.p(axis, on[i]) += theta[0] * screens[on[i]] * T(w[i * d + axis]);
   }
 
-  // G = ¼β² Σ_a s_a p_a·g_a with g_a = ∂s_a/∂q_a, over the chosen a.
   template <class T>
   void add_compensation_gradient(const StateOf<T>& state, const VectorOf<T>& theta, StateOf<T>& gradient) const {
-    const Eigen::Index d = state.q.rows(), n = state.q.cols();
-    const T quarter = T(0.25) * theta[0] * theta[0];
-    const T c = T(-2) / theta[1];
-    VectorOf<T> screens = VectorOf<T>::Constant(n, T(0));    // s
-    MatrixOf<T> slopes = MatrixOf<T>::Constant(d, n, T(0));  // g
-    for_each_screen(state, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& e) {
-      screens[a] += e;
-      screens[b] += e;
-      for (Eigen::Index axis = 0; axis < d; ++axis) {
-        slopes(axis, a) += c * e * z[axis];
-        slopes(axis, b) -= c * e * z[axis];
-      }
-    });
-    VectorOf<T> of_s = VectorOf<T>::Constant(n, T(0));     // ∂G/∂s_a = ¼β² p_a·g_a
-    MatrixOf<T> of_g = MatrixOf<T>::Constant(d, n, T(0));  // ∂G/∂g_a = ¼β² s_a p_a
-    for (int i = 0; i < on.count(static_cast<int>(n)); ++i) {
-      const int a = on[i];
-      for (Eigen::Index axis = 0; axis < d; ++axis) {
-        of_s[a] += quarter * state.p(axis, a) * slopes(axis, a);
-        of_g(axis, a) = quarter * screens[a] * state.p(axis, a);
-        gradient.p(axis, a) += quarter * screens[a] * slopes(axis, a);
-      }
-    }
-    for_each_screen(state, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& e) {
-      T along(0);  // z·v, v = ∂G/∂g_a − ∂G/∂g_b
-      for (Eigen::Index axis = 0; axis < d; ++axis) along += z[axis] * (of_g(axis, a) - of_g(axis, b));
-      const T by_z = c * e * (of_s[a] + of_s[b] + c * along);
-      for (Eigen::Index axis = 0; axis < d; ++axis) {
-        const T force = by_z * z[axis] + c * e * (of_g(axis, a) - of_g(axis, b));
-        gradient.q(axis, a) += force;
-        gradient.q(axis, b) -= force;
-      }
+    with_noise(state, theta, [&](const auto& noise, std::size_t chosen, const auto& choice) {
+      noise.AddCompensationVelocity(chosen, choice, gradient.p.data());
+      noise.AddCompensationForce(chosen, choice, state.p.data(), gradient.q.data());
     });
   }
 
+  bool screen_each_other(std::size_t a, std::size_t b) const { return group.empty() || group[a] != group[b]; }
+
  private:
-  // visit(a, b, q_a − q_b, exp(−|q_a − q_b|²/γ)) for the pairs a < b that screen each other
-  template <class T, class Visit>
-  void for_each_screen(const StateOf<T>& state, const VectorOf<T>& theta, const Visit& visit) const {
-    for_each_gaussian_pair(state.q, theta[1], [&](Eigen::Index a, Eigen::Index b, const T* z, const T& e) {
-      if (group.empty() || group[static_cast<std::size_t>(a)] != group[static_cast<std::size_t>(b)]) visit(a, b, z, e);
+  // task(formula at the positions, number of the chosen landmarks, i ↦ the i-th of them)
+  template <class T, class Task>
+  void with_noise(const StateOf<T>& state, const VectorOf<T>& theta, const Task& task) const {
+    with_dimension(state.q.rows(), [&](auto dimension) {
+      using Noise = HWY_NAMESPACE::ScreenedNoise<decltype(dimension)::value, T>;
+      const auto n = static_cast<std::size_t>(state.q.cols());
+      std::vector<T> memory(Noise::MemorySize(n));
+      Noise noise(n, pair_noise_constants(theta[0], theta[1]), memory.data());
+      noise.MoveTo(
+          state.q.data(), [&](std::size_t a, std::size_t b) { return screen_each_other(a, b); },
+          GaussianExponentials<T>(state.q, theta[1]));
+      task(noise, static_cast<std::size_t>(on.count(static_cast<int>(n))),
+           [&](std::size_t i) { return static_cast<std::size_t>(on[static_cast<int>(i)]); });
     });
   }
 };
@@ -134,6 +101,13 @@ std::vector<std::size_t> group_numbers(const Landmarks& shape) {
 }
 
 }  // namespace
+
+std::optional<ScreenedPairs> screened_pairs(const NoiseModel& noise) {
+  const auto* model = dynamic_cast<const DifferentiatedNoise<ChSdScreened>*>(&noise);
+  if (model == nullptr) return std::nullopt;
+  const Eigen::VectorXd theta = model->parameters();
+  return ScreenedPairs{theta[0], theta[1], model->formula().on, model->formula().group};
+}
 
 NoiseTable::Row ch_sd_screened() {
   return {"ch-sd-screened",

@@ -5,6 +5,7 @@
 
 #include "gaussian_pairs.hpp"
 #include "models.hpp"
+#include "pair_noises.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/differentiated_noise.hpp"
 
@@ -60,52 +61,18 @@ struct Kunita : NoiseFormula {
       gradient.q += theta[0] * kernel_of(theta[1]).gradient(state.q, state.p, w.reshaped(d, state.q.cols()));
       return;
     }
-    const T c = T(-2) * theta[0] / (theta[1] * theta[1]);
-    const bool at_rest = (state.p.array() == T(0)).all();  // then h_w,q is 0
-    T* const by_p = gradient.p.data();
-    T* const by_q = gradient.q.data();
-    const T* const p = state.p.data();
-    for (Eigen::Index i = 0; i < w.size(); ++i) by_p[i] += theta[0] * T(w[i]);
-    for_each_gaussian_pair(state.q, T(theta[1] * theta[1]),
-                           [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
-                             const T strength = theta[0] * k;
-                             for (Eigen::Index j = 0; j < d; ++j) {
-                               by_p[a * d + j] += strength * T(w[b * d + j]);
-                               by_p[b * d + j] += strength * T(w[a * d + j]);
-                             }
-                             if (at_rest) return;
-                             T both(0);
-                             for (Eigen::Index j = 0; j < d; ++j)
-                               both += p[a * d + j] * T(w[b * d + j]) + p[b * d + j] * T(w[a * d + j]);
-                             const T slope = c * k * both;
-                             for (Eigen::Index j = 0; j < d; ++j) {
-                               by_q[a * d + j] += slope * z[j];
-                               by_q[b * d + j] -= slope * z[j];
-                             }
-                           });
+    with_noise(state, theta, [&](const auto& noise) {
+      noise.AddVelocity(w.data(), gradient.p.data());
+      if (!(state.p.array() == T(0)).all()) noise.AddForce(state.p.data(), w.data(), gradient.q.data());
+    });
   }
 
-  // G = ¼β² Σ_ab p_a·∇k(z) (k(z) − 1), z = q_a − q_b: with s = 2/width², G_p,a = −¼β²s Σ_b (k² − k) z, and G_q,a is
-  // −¼β²s Σ_b ((k² − k) v − s (2k − 1) k z z·v), v = p_a − p_b.
   template <class T>
   void add_compensation_gradient(const StateOf<T>& state, const VectorOf<T>& theta, StateOf<T>& gradient) const {
-    const Eigen::Index d = state.q.rows();
-    const T s = T(2) / (theta[1] * theta[1]);
-    const T factor = T(-0.25) * theta[0] * theta[0] * s;
-    for_each_gaussian_pair(state.q, T(theta[1] * theta[1]),
-                           [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
-                             const T part = factor * (k * k - k);
-                             T along(0);  // z·v
-                             for (Eigen::Index j = 0; j < d; ++j) along += z[j] * (state.p(j, a) - state.p(j, b));
-                             const T across = factor * s * (T(2) * k - T(1)) * k * along;
-                             for (Eigen::Index j = 0; j < d; ++j) {
-                               const T by_q = part * (state.p(j, a) - state.p(j, b)) - across * z[j];
-                               gradient.p(j, a) += part * z[j];
-                               gradient.p(j, b) -= part * z[j];
-                               gradient.q(j, a) += by_q;
-                               gradient.q(j, b) -= by_q;
-                             }
-                           });
+    with_noise(state, theta, [&](const auto& noise) {
+      noise.AddCompensationVelocity(gradient.p.data());
+      noise.AddCompensationForce(state.p.data(), gradient.q.data());
+    });
   }
 
   // β Σ_b k(x − q_b) w_b: the fields are known everywhere.
@@ -138,6 +105,20 @@ struct Kunita : NoiseFormula {
   }
 
  private:
+  // task(formula at the positions)
+  template <class T, class Task>
+  static void with_noise(const StateOf<T>& state, const VectorOf<T>& theta, const Task& task) {
+    with_dimension(state.q.rows(), [&](auto dimension) {
+      using Noise = HWY_NAMESPACE::KunitaNoise<decltype(dimension)::value, T>;
+      const auto n = static_cast<std::size_t>(state.q.cols());
+      const T range = theta[1] * theta[1];
+      std::vector<T> memory(Noise::MemorySize(n));
+      Noise noise(n, pair_noise_constants(theta[0], range), memory.data());
+      noise.MoveTo(state.q.data(), GaussianExponentials<T>(state.q, range));
+      task(noise);
+    });
+  }
+
   // Landmark b moves by β Σ_a k(q_b − q_a) w_a. Its derivative by q_a is w_a gᵀ, g = 2β/width² k (q_b − q_a), and by
   // q_b minus the sum of these.
   template <int d>
@@ -193,6 +174,12 @@ struct Kunita : NoiseFormula {
 };
 
 }  // namespace
+
+std::optional<KunitaPairs> kunita_pairs(const NoiseModel& noise) {
+  const auto* model = dynamic_cast<const DifferentiatedNoise<Kunita>*>(&noise);
+  if (model == nullptr) return std::nullopt;
+  return KunitaPairs{model->parameters()[0], model->parameters()[1]};
+}
 
 NoiseTable::Row kunita() {
   return {"kunita",

@@ -5,6 +5,8 @@
 #include <fmt/ranges.h>
 
 #include "bump_fields.hpp"
+#include "bump_noise_body.hpp"
+#include "gaussian_pairs.hpp"
 #include "models.hpp"
 #include "pulson/noise/differentiated_noise.hpp"
 
@@ -41,6 +43,7 @@ class ScalarFields {
 
   Kind kind() const { return kind_; }
   const Points& centres() const { return centres_; }
+  const BumpTicks& ticks() const { return ticks_; }
   int grid_count() const { return grid_count_; }
   bool has_centres() const { return kind_ == Kind::kBump || kind_ == Kind::kGrid; }
 
@@ -63,38 +66,30 @@ class ScalarFields {
     });
   }
 
+  // Of a field without centres.
   template <class T>
   void take_jet(Eigen::Index f, const LanesOf<T>& x, const VectorOf<T>& theta, FieldJet<T>& jet) const {
     take_value(f, x, theta, jet.value);
     jet.slope.setConstant(x.rows(), x.cols(), T(0));
     if (kind_ == Kind::kCosine) jet.slope.col(f) = -theta[1] * (theta[1] * x.col(f)).sin();
-    if (!has_centres()) return;
-    const T c = T(-2) / (theta[1] * theta[1]);
-    for (Eigen::Index axis = 0; axis < x.cols(); ++axis)
-      jet.slope.col(axis) = c * jet.value * (x.col(axis) - T(centres_(axis, f)));
   }
 
-  // ∇²φ v. @param jet of the same places
+  // ∇²φ v of a field without centres. @param jet of the same places
   template <class T>
   LanesOf<T> curvature(Eigen::Index f, const LanesOf<T>& x, const FieldJet<T>& jet, const VectorOf<T>& theta,
                        const LanesOf<T>& v) const {
     LanesOf<T> result = LanesOf<T>::Constant(x.rows(), x.cols(), T(0));
     if (kind_ == Kind::kCosine) result.col(f) = (-theta[1] * theta[1]) * jet.value * v.col(f);
-    if (!has_centres()) return result;
-    LaneOf<T> along = LaneOf<T>::Constant(x.rows(), T(0));
-    for (Eigen::Index axis = 0; axis < x.cols(); ++axis) along += (x.col(axis) - T(centres_(axis, f))) * v.col(axis);
-    const T c = T(-2) / (theta[1] * theta[1]);
-    for (Eigen::Index axis = 0; axis < x.cols(); ++axis)
-      result.col(axis) = c * (jet.value * v.col(axis) + along * jet.slope.col(axis));
     return result;
   }
 
  private:
   ScalarFields(Kind kind, Points centres, int grid_count)
-      : kind_(kind), centres_(std::move(centres)), grid_count_(grid_count) {}
+      : kind_(kind), centres_(std::move(centres)), ticks_(centres_), grid_count_(grid_count) {}
 
   Kind kind_;
   Points centres_;  // d×F
+  BumpTicks ticks_;
   int grid_count_;
 };
 
@@ -165,6 +160,14 @@ struct PSd : NoiseFormula {
   void add_gradient(const StateOf<T>& state, const VectorOf<T>& theta, const Eigen::VectorXd& w,
                     StateOf<T>& gradient) const {
     const Eigen::Index d = state.q.rows();
+    if (fields.has_centres()) {
+      for_each_part(state.q, theta, [&](auto& noise, Eigen::Index from) {
+        noise.TakeIncrements(w.data());
+        noise.AddVelocity(w.data(), gradient.p.data() + from);
+        noise.AddForce(state.p.data() + from, gradient.q.data() + from);
+      });
+      return;
+    }
     const LanesOf<T> x = lanes(state.q);
     FieldJet<T> phi;
     for (Eigen::Index f = 0; f < fields.count(static_cast<int>(d)); ++f) {
@@ -180,6 +183,13 @@ struct PSd : NoiseFormula {
   template <class T>
   void add_compensation_gradient(const StateOf<T>& state, const VectorOf<T>& theta, StateOf<T>& gradient) const {
     if (is_constant()) return;
+    if (fields.has_centres()) {
+      for_each_part(state.q, theta, [&](const auto& noise, Eigen::Index from) {
+        noise.AddCompensationVelocity(gradient.p.data() + from);
+        noise.AddCompensationForce(state.p.data() + from, gradient.q.data() + from);
+      });
+      return;
+    }
     const T quarter = T(0.25) * theta[0] * theta[0];
     const LanesOf<T> x = lanes(state.q);
     const LanesOf<T> p = lanes(state.p);
@@ -206,6 +216,32 @@ struct PSd : NoiseFormula {
     StateOf<T> gradient{MatrixOf<T>::Constant(x.rows(), x.cols(), T(0)), field};
     add_compensation_gradient<T>(StateOf<T>{x, gradient.q}, theta.cast<T>(), gradient);
     field = gradient.p;
+  }
+
+ private:
+  static constexpr Eigen::Index kPart = 16;  // places: φ and ∇φ of 10,000 bumps are kept for as many at once
+
+  // task(formula at some of the places, index of their first coordinate) for all places, a part of them at a time.
+  template <class T, class Task>
+  void for_each_part(const MatrixOf<T>& q, const VectorOf<T>& theta, const Task& task) const {
+    with_dimension(q.rows(), [&](auto dimension) {
+      using Noise = HWY_NAMESPACE::BumpNoise<decltype(dimension)::value, T>;
+      const T range = theta[1] * theta[1];
+      const T c = T(-1) / range;
+      const auto constants = pair_noise_constants(theta[0], range);
+      std::vector<T> memory(Noise::MemorySize(static_cast<std::size_t>(std::min(kPart, q.cols())), fields.ticks()));
+      for (Eigen::Index first = 0; first < q.cols(); first += kPart) {
+        Noise noise(static_cast<std::size_t>(std::min(kPart, q.cols() - first)), fields.ticks(), constants,
+                    memory.data());
+        noise.MoveTo(
+            q.data() + first * q.rows(), [](double x) { return T(x); },
+            [c](const T& squared) {
+              using std::exp;
+              return exp(c * squared);
+            });
+        task(noise, first * q.rows());
+      }
+    });
   }
 };
 
@@ -325,6 +361,21 @@ std::shared_ptr<const NoiseModel> make_p_sd(const Parameters& parameters, const 
 }
 
 }  // namespace
+
+BumpTicks::BumpTicks(const Points& centres) : first{0}, of_centre(static_cast<std::size_t>(centres.size())) {
+  for (Eigen::Index axis = 0; axis < centres.rows(); ++axis) {
+    std::vector<double> of_axis(centres.row(axis).begin(), centres.row(axis).end());
+    std::sort(of_axis.begin(), of_axis.end());
+    of_axis.erase(std::unique(of_axis.begin(), of_axis.end()), of_axis.end());
+    for (Eigen::Index f = 0; f < centres.cols(); ++f) {
+      const auto tick = std::lower_bound(of_axis.begin(), of_axis.end(), centres(axis, f));
+      of_centre[static_cast<std::size_t>(f * centres.rows() + axis)] =
+          ticks.size() + static_cast<std::size_t>(tick - of_axis.begin());
+    }
+    ticks.insert(ticks.end(), of_axis.begin(), of_axis.end());
+    first.push_back(ticks.size());
+  }
+}
 
 std::optional<BumpFields> bump_fields(const NoiseModel& noise) {
   const auto* model = dynamic_cast<const DifferentiatedNoise<PSd>*>(&noise);

@@ -3,6 +3,7 @@
 
 #include "core/open_numbers.hpp"
 #include "models.hpp"
+#include "pair_noises.hpp"
 
 namespace pulson {
 namespace {
@@ -111,6 +112,8 @@ class SumOfNoises final : public NoiseModel {
     return std::make_shared<SumOfNoises>(std::move(terms));
   }
 
+  const std::vector<std::shared_ptr<const NoiseModel>>& terms() const { return terms_; }
+
   void add_to(const NoiseSums<double>& sums) const override { add(sums); }
   void add_to(const NoiseSums<Dual>& sums) const override { add(sums); }
   void add_to(const SpaceSums<double>& sums) const override { add(sums); }
@@ -164,6 +167,11 @@ class SumOfNoises final : public NoiseModel {
 
 std::shared_ptr<const NoiseModel> sum_of_noises(std::vector<std::shared_ptr<const NoiseModel>> terms) {
   return std::make_shared<SumOfNoises>(std::move(terms));
+}
+
+std::vector<std::shared_ptr<const NoiseModel>> terms_of_sum(const NoiseModel& noise) {
+  const auto* sum = dynamic_cast<const SumOfNoises*>(&noise);
+  return sum == nullptr ? std::vector<std::shared_ptr<const NoiseModel>>() : sum->terms();
 }
 
 }  // namespace pulson

@@ -39,7 +39,7 @@ struct Setting {
         model(system, static_cast<int>(start.q.rows()), static_cast<int>(start.q.cols()), kDt, kSeed) {}
 
   LandmarkBatch run(std::uint64_t first_path, std::uint32_t steps) const {
-    LandmarkBatch batch = landmark_batch(model, first_path, start);
+    LandmarkBatch batch = landmark_batch(model.channels, first_path, start);
     advance_landmarks(model, batch, 0, steps);
     return batch;
   }
@@ -158,7 +158,7 @@ TEST(LandmarkLanes, OfTwoLandmarksOnALineAreThePairs) {
 TEST(LandmarkLanes, AreTheSameForAnySplitOfTheSteps) {
   const Setting setting("gaussian:alpha=1", "ch-sd:beta=0.2+trouve-vialard:sigma=0.1", cloud(2, 5));
   const LandmarkBatch whole = setting.run(0, 103);
-  LandmarkBatch parts = landmark_batch(setting.model, 0, setting.start);
+  LandmarkBatch parts = landmark_batch(setting.model.channels, 0, setting.start);
   for (const auto& [first, last] :
        std::vector<std::pair<std::uint32_t, std::uint32_t>>{{0, 1}, {1, 50}, {50, 57}, {57, 103}})
     advance_landmarks(setting.model, parts, first, last);
@@ -201,7 +201,7 @@ TEST(LandmarkLanes, EndStepsAtTheirRoots) {
   for (const std::string kernel : {"gaussian:alpha=1", "matern52:alpha=1", "matern32:alpha=1", "peakon:alpha=1"}) {
     for (const double momentum : {0.1, 0.5, 2.0}) {
       const Setting setting(kernel, "none", cloud(2, 12, momentum));
-      LandmarkBatch batch = landmark_batch(setting.model, 0, setting.start);
+      LandmarkBatch batch = landmark_batch(setting.model.channels, 0, setting.start);
       PhaseState before = setting.start;
       for (std::uint32_t step = 0; step < 20; ++step) {
         advance_landmarks(setting.model, batch, step, step + 1);

@@ -91,13 +91,15 @@ class ScreenedNoise {
       Copy<d>(g_ + a * d, g);
       T s = s_[a];
       for (std::size_t b = 0; b < a; ++b, ++e) {
-        *e = constants_.zero;
-        if (!screens(a, b)) continue;
-        const T squared = Subtract<d>(x, q + b * d, z);
-        *e = exponential(a, b, squared);
-        s = s + *e;
-        s_[b] = s_[b] + *e;
-        for (int j = 0; j < d; ++j) slope[j] = *e * z[j];
+        if (!screens(a, b)) {
+          *e = constants_.zero;
+          continue;
+        }
+        const T value = exponential(a, b, Subtract<d>(x, q + b * d, z));
+        *e = value;
+        s = s + value;
+        s_[b] = s_[b] + value;
+        for (int j = 0; j < d; ++j) slope[j] = value * z[j];
         Exchange<d>(slope, g, g_ + b * d);
       }
       s_[a] = s;
@@ -254,10 +256,11 @@ class KunitaNoise {
         sum[j] = by_p[a * d + j] + of_a[j];
       }
       for (std::size_t b = 0; b < a; ++b, ++k) {
-        const T strength = constants_.beta * *k;
+        const T value = *k;
+        const T strength = constants_.beta * value;
         for (int j = 0; j < d; ++j) {
           sum[j] = sum[j] + strength * T(w[b * d + j]);
-          by_p[b * d + j] = by_p[b * d + j] + *k * of_a[j];
+          by_p[b * d + j] = by_p[b * d + j] + value * of_a[j];
         }
       }
       Copy<d>(sum, by_p + a * d);

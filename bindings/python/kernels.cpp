@@ -32,6 +32,8 @@ constexpr double kNearest = 1e-4;
 // Where the third derivative by r jumps at 0, as Matérn's, differences keep to one side.
 constexpr double kNearestToKink = 1e-8;
 
+struct OwnKernel;
+
 /// A profile whose k(s), s = r²/α², and as many of its derivatives by s as its author has, are functions in Python.
 class PythonProfile final : public OwnProfile {
  public:
@@ -73,6 +75,8 @@ class PythonProfile final : public OwnProfile {
   }
 
   double lipschitz() const override { return lipschitz_; }
+
+  std::weak_ptr<OwnKernel> owner{};
 
   template <class See>
   void show_functions(const See& see) const {
@@ -207,9 +211,10 @@ std::shared_ptr<OwnKernel> make_own_kernel(const py::object& k, const py::object
                                            const std::optional<std::string>& given_name) {
   static int count = 0;
   const std::string name = given_name ? *given_name : fmt::format("own{}", ++count);
-  auto own =
-      std::make_shared<OwnKernel>(OwnKernel{name, std::make_shared<const PythonProfile>(k, first, second, name)});
-  name_kernel(name, own->profile);
+  const auto profile = std::make_shared<PythonProfile>(k, first, second, name);
+  auto own = std::make_shared<OwnKernel>(OwnKernel{name, profile});
+  profile->owner = own;
+  name_kernel(name, profile);
   return own;
 }
 
@@ -257,6 +262,14 @@ void look_for_stop() {
 KernelOperator kernel_of(const py::handle& value, const Points& q) {
   if (py::isinstance<KernelOperator>(value)) return value.cast<KernelOperator>();
   return make_kernel(py::str(value).cast<std::string>(), q);
+}
+
+py::list own_kernels_of(const KernelOperator& kernel) {
+  py::list kernels;
+  for (const std::shared_ptr<const OwnProfile>& profile : own_profiles(kernel))
+    if (const auto* of_python = dynamic_cast<const PythonProfile*>(profile.get()))
+      if (const std::shared_ptr<OwnKernel> own = of_python->owner.lock()) kernels.append(py::cast(own));
+  return kernels;
 }
 
 void add_kernels(py::module_& module) {

@@ -12,6 +12,9 @@ namespace pulson::python {
 /// A Kernel, or a specification. @throws InputError
 KernelOperator kernel_of(const py::handle& value, const Points& q);
 
+/// The objects of Python whose kernels these are: whoever keeps them keeps the kernel usable.
+py::list own_kernels_of(const KernelOperator& kernel);
+
 /// An own noise, or a specification; None is none. @throws InputError
 std::shared_ptr<const NoiseModel> noise_of(const py::handle& value, const Points& q);
 

@@ -86,10 +86,11 @@ class PythonProfile final : public OwnProfile {
  private:
   ArrayXd call(const py::object& function, const ArrayXd& s, const char* what) const {
     const Callback python;
-    const Doubles values = doubles_of(function(array_of(Eigen::VectorXd(s.matrix()))), fmt::format("what {} returns", what));
+    const Doubles values =
+        doubles_of(function(array_of(Eigen::VectorXd(s.matrix()))), fmt::format("what {} returns", what));
     if (values.ndim() != 1 || values.size() != s.size())
-      throw InputError(fmt::format("kernel '{}': {} must return an array of the shape of s, ({},)", name_, what,
-                                   s.size()));
+      throw InputError(
+          fmt::format("kernel '{}': {} must return an array of the shape of s, ({},)", name_, what, s.size()));
     ArrayXd result = Eigen::Map<const ArrayXd>(values.data(), values.size());
     Index where = 0;
     if (!result.isFinite().all()) {
@@ -100,7 +101,8 @@ class PythonProfile final : public OwnProfile {
   }
 
   // Values at r + t·(−2, −1, 1, 2), of an even function of r, by one call.
-  std::array<ArrayXd, 4> around(const ArrayXd& r, const ArrayXd& t, const py::object& function, const char* what) const {
+  std::array<ArrayXd, 4> around(const ArrayXd& r, const ArrayXd& t, const py::object& function,
+                                const char* what) const {
     const Index n = r.size();
     ArrayXd all(4 * n);
     all << (r - 2 * t).square(), (r - t).square(), (r + t).square(), (r + 2 * t).square();
@@ -132,7 +134,8 @@ class PythonProfile final : public OwnProfile {
   void check_value() const {
     const double at_zero = call(k_, ArrayXd::Zero(1), "k")[0];
     if (std::abs(at_zero - 1) > 1e-9)
-      throw InputError(fmt::format("kernel '{}': k(0) is {}; it must be 1, and weight= scales a kernel", name_, at_zero));
+      throw InputError(
+          fmt::format("kernel '{}': k(0) is {}; it must be 1, and weight= scales a kernel", name_, at_zero));
   }
 
   // Whether k is smooth as an even function of r: its second differences at 0 are the same with half the step.
@@ -149,9 +152,10 @@ class PythonProfile final : public OwnProfile {
     const double scale = std::max(own.abs().maxCoeff(), differences.abs().maxCoeff());
     const double error = (own - differences).abs().maxCoeff();
     if (!(error <= tolerance * std::max(scale, 1e-8)))
-      throw InputError(fmt::format("kernel '{}': {} differs from central differences by {:.2g} of its size; it must be "
-                                   "the derivative by s = r²/alpha²",
-                                   name_, what, error / scale));
+      throw InputError(
+          fmt::format("kernel '{}': {} differs from central differences by {:.2g} of its size; it must be "
+                      "the derivative by s = r²/alpha²",
+                      name_, what, error / scale));
   }
 
   void check_derivatives() const {
@@ -177,11 +181,13 @@ class PythonProfile final : public OwnProfile {
       for (Index j = 0; j < kCount; ++j)
         s.segment(j * kCount, kCount) = (lattice.colwise() - lattice.col(j)).colwise().squaredNorm();
       const Eigen::MatrixXd matrix = call(k_, s, "k").reshaped(kCount, kCount);
-      const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
+      const Eigen::VectorXd values =
+          Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
       if (values[0] < -1e-10 * values[kCount - 1])
-        throw InputError(fmt::format("kernel '{}' is not positive definite: its matrix of points {} alpha apart has the "
-                                     "eigenvalue {:.2g}",
-                                     name_, spacing, values[0]));
+        throw InputError(
+            fmt::format("kernel '{}' is not positive definite: its matrix of points {} alpha apart has the "
+                        "eigenvalue {:.2g}",
+                        name_, spacing, values[0]));
     }
   }
 

@@ -36,9 +36,9 @@ bool is_in_callback();
 /// Where a host wants a computation to end, between calls. @throws HostStopped
 void look_for_stop();
 
-/// That the garbage collector sees functions that objects of a class hold, through members of it: visit(self, see) calls
-/// see(function) for those that nothing but the object holds, clear(self) lets go of them. Functions often know the
-/// names around the object that holds them.
+/// That the garbage collector sees functions that objects of a class hold, through members of it: visit(self, see)
+/// calls see(function) for those that nothing but the object holds, clear(self) lets go of them. Functions often know
+/// the names around the object that holds them.
 template <class Held, class Visit, class Clear>
 py::custom_type_setup collected(Visit, Clear) {
   static_assert(std::is_empty_v<Visit> && std::is_empty_v<Clear>);

@@ -32,6 +32,8 @@ constexpr double kNearest = 1e-4;
 // Where the third derivative by r jumps at 0, as Matérn's, differences keep to one side.
 constexpr double kNearestToKink = 1e-8;
 
+struct OwnKernel;
+
 /// A profile whose k(s), s = r²/α², and as many of its derivatives by s as its author has, are functions in Python.
 class PythonProfile final : public OwnProfile {
  public:
@@ -74,6 +76,8 @@ class PythonProfile final : public OwnProfile {
 
   double lipschitz() const override { return lipschitz_; }
 
+  std::weak_ptr<OwnKernel> owner{};
+
   template <class See>
   void show_functions(const See& see) const {
     for (const py::object* function : {&k_, &first_, &second_}) see(*function);
@@ -82,10 +86,11 @@ class PythonProfile final : public OwnProfile {
  private:
   ArrayXd call(const py::object& function, const ArrayXd& s, const char* what) const {
     const Callback python;
-    const Doubles values = doubles_of(function(array_of(Eigen::VectorXd(s.matrix()))), fmt::format("what {} returns", what));
+    const Doubles values =
+        doubles_of(function(array_of(Eigen::VectorXd(s.matrix()))), fmt::format("what {} returns", what));
     if (values.ndim() != 1 || values.size() != s.size())
-      throw InputError(fmt::format("kernel '{}': {} must return an array of the shape of s, ({},)", name_, what,
-                                   s.size()));
+      throw InputError(
+          fmt::format("kernel '{}': {} must return an array of the shape of s, ({},)", name_, what, s.size()));
     ArrayXd result = Eigen::Map<const ArrayXd>(values.data(), values.size());
     Index where = 0;
     if (!result.isFinite().all()) {
@@ -96,7 +101,8 @@ class PythonProfile final : public OwnProfile {
   }
 
   // Values at r + t·(−2, −1, 1, 2), of an even function of r, by one call.
-  std::array<ArrayXd, 4> around(const ArrayXd& r, const ArrayXd& t, const py::object& function, const char* what) const {
+  std::array<ArrayXd, 4> around(const ArrayXd& r, const ArrayXd& t, const py::object& function,
+                                const char* what) const {
     const Index n = r.size();
     ArrayXd all(4 * n);
     all << (r - 2 * t).square(), (r - t).square(), (r + t).square(), (r + 2 * t).square();
@@ -128,7 +134,8 @@ class PythonProfile final : public OwnProfile {
   void check_value() const {
     const double at_zero = call(k_, ArrayXd::Zero(1), "k")[0];
     if (std::abs(at_zero - 1) > 1e-9)
-      throw InputError(fmt::format("kernel '{}': k(0) is {}; it must be 1, and weight= scales a kernel", name_, at_zero));
+      throw InputError(
+          fmt::format("kernel '{}': k(0) is {}; it must be 1, and weight= scales a kernel", name_, at_zero));
   }
 
   // Whether k is smooth as an even function of r: its second differences at 0 are the same with half the step.
@@ -145,9 +152,10 @@ class PythonProfile final : public OwnProfile {
     const double scale = std::max(own.abs().maxCoeff(), differences.abs().maxCoeff());
     const double error = (own - differences).abs().maxCoeff();
     if (!(error <= tolerance * std::max(scale, 1e-8)))
-      throw InputError(fmt::format("kernel '{}': {} differs from central differences by {:.2g} of its size; it must be "
-                                   "the derivative by s = r²/alpha²",
-                                   name_, what, error / scale));
+      throw InputError(
+          fmt::format("kernel '{}': {} differs from central differences by {:.2g} of its size; it must be "
+                      "the derivative by s = r²/alpha²",
+                      name_, what, error / scale));
   }
 
   void check_derivatives() const {
@@ -173,11 +181,13 @@ class PythonProfile final : public OwnProfile {
       for (Index j = 0; j < kCount; ++j)
         s.segment(j * kCount, kCount) = (lattice.colwise() - lattice.col(j)).colwise().squaredNorm();
       const Eigen::MatrixXd matrix = call(k_, s, "k").reshaped(kCount, kCount);
-      const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
+      const Eigen::VectorXd values =
+          Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
       if (values[0] < -1e-10 * values[kCount - 1])
-        throw InputError(fmt::format("kernel '{}' is not positive definite: its matrix of points {} alpha apart has the "
-                                     "eigenvalue {:.2g}",
-                                     name_, spacing, values[0]));
+        throw InputError(
+            fmt::format("kernel '{}' is not positive definite: its matrix of points {} alpha apart has the "
+                        "eigenvalue {:.2g}",
+                        name_, spacing, values[0]));
     }
   }
 
@@ -207,9 +217,10 @@ std::shared_ptr<OwnKernel> make_own_kernel(const py::object& k, const py::object
                                            const std::optional<std::string>& given_name) {
   static int count = 0;
   const std::string name = given_name ? *given_name : fmt::format("own{}", ++count);
-  auto own =
-      std::make_shared<OwnKernel>(OwnKernel{name, std::make_shared<const PythonProfile>(k, first, second, name)});
-  name_kernel(name, own->profile);
+  const auto profile = std::make_shared<PythonProfile>(k, first, second, name);
+  auto own = std::make_shared<OwnKernel>(OwnKernel{name, profile});
+  profile->owner = own;
+  name_kernel(name, profile);
   return own;
 }
 
@@ -257,6 +268,14 @@ void look_for_stop() {
 KernelOperator kernel_of(const py::handle& value, const Points& q) {
   if (py::isinstance<KernelOperator>(value)) return value.cast<KernelOperator>();
   return make_kernel(py::str(value).cast<std::string>(), q);
+}
+
+py::list own_kernels_of(const KernelOperator& kernel) {
+  py::list kernels;
+  for (const std::shared_ptr<const OwnProfile>& profile : own_profiles(kernel))
+    if (const auto* of_python = dynamic_cast<const PythonProfile*>(profile.get()))
+      if (const std::shared_ptr<OwnKernel> own = of_python->owner.lock()) kernels.append(py::cast(own));
+  return kernels;
 }
 
 void add_kernels(py::module_& module) {

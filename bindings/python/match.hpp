@@ -6,13 +6,11 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include <fmt/format.h>
 
 #include "arrays.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/kernels/own_kernel.hpp"
 #include "pulson/matching/registration.hpp"
 #include "pulson/records/records.hpp"
 #include "pulson/warp/material_flow.hpp"
@@ -29,10 +27,10 @@ class Match {
   Match(matching::Registration registration, records::RegistrationFacts facts)
       : registration_(std::move(registration)),
         facts_(std::move(facts)),
-        kernel_(make_kernel(registration_.kernel, registration_.source.points)),
-        own_profiles_(own_profiles(kernel_)) {}
+        kernel_(make_kernel(registration_.kernel, registration_.source.points)) {}
 
   const matching::Registration& registration() const { return registration_; }
+  const KernelOperator& kernel() const { return kernel_; }
   /// registration.json
   const std::string& record() const {
     const std::lock_guard lock(mutex_);
@@ -65,16 +63,17 @@ class Match {
 
   // Names of kernels of one's own may have passed on.
   void require_same_kernel() const {
-    if (own_profiles_.empty()) return;
-    if (own_profiles(make_kernel(registration_.kernel, registration_.source.points)) != own_profiles_)
-      throw InputError(fmt::format("the name in kernel '{}' means another kernel than when this registration was made",
-                                   shortened_spec(registration_.kernel)));
+    const KernelOperator now = make_kernel(registration_.kernel, registration_.source.points);
+    for (std::size_t i = 0; i < now.terms().size(); ++i)
+      if (now.terms()[i].profile != kernel_.terms()[i].profile)
+        throw InputError(
+            fmt::format("the name in kernel '{}' means another kernel than when this registration was made",
+                        shortened_spec(registration_.kernel)));
   }
 
   matching::Registration registration_;
   records::RegistrationFacts facts_;
   KernelOperator kernel_;
-  std::vector<std::shared_ptr<const OwnProfile>> own_profiles_;
   mutable std::mutex mutex_;
   mutable std::string record_;
   mutable std::optional<Trajectory> path_;

@@ -312,7 +312,8 @@ std::shared_ptr<const NoiseModel> noise_of(const py::handle& value, const Points
 void add_noise_models(py::module_& module) {
   py::class_<NoiseModel, std::shared_ptr<NoiseModel>>(module, "_NoiseModel").def("__str__", &NoiseModel::spec);
   py::class_<OwnNoise, NoiseModel, std::shared_ptr<OwnNoise>>(
-      module, "OwnNoise", collected<OwnNoise>(ShowNoiseFunctions{}, ForgetNoiseFunctions{}), R"(A noise model of one's own.
+      module, "OwnNoise", collected<OwnNoise>(ShowNoiseFunctions{}, ForgetNoiseFunctions{}),
+      R"(A noise model of one's own.
 
 Landmarks follow dq = H_p dt + sum_i h_i,p dW_i, dp = -H_q dt - sum_i h_i,q dW_i. `potentials(q, p)` returns the h_i,
 (C,), affine in p; `gradient(q, p, w)` the derivatives of sum_i w_i h_i by q and by p, and `hessian(q, p, w, dq, dp)`

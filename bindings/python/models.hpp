@@ -12,6 +12,9 @@ namespace pulson::python {
 /// A Kernel, or a specification. @throws InputError
 KernelOperator kernel_of(const py::handle& value, const Points& q);
 
+/// The objects of Python whose kernels these are: whoever keeps them keeps the kernel usable.
+py::list own_kernels_of(const KernelOperator& kernel);
+
 /// An own noise, or a specification; None is none. @throws InputError
 std::shared_ptr<const NoiseModel> noise_of(const py::handle& value, const Points& q);
 
@@ -33,9 +36,9 @@ bool is_in_callback();
 /// Where a host wants a computation to end, between calls. @throws HostStopped
 void look_for_stop();
 
-/// That the garbage collector sees functions that objects of a class hold, through members of it: visit(self, see) calls
-/// see(function) for those that nothing but the object holds, clear(self) lets go of them. Functions often know the
-/// names around the object that holds them.
+/// That the garbage collector sees functions that objects of a class hold, through members of it: visit(self, see)
+/// calls see(function) for those that nothing but the object holds, clear(self) lets go of them. Functions often know
+/// the names around the object that holds them.
 template <class Held, class Visit, class Clear>
 py::custom_type_setup collected(Visit, Clear) {
   static_assert(std::is_empty_v<Visit> && std::is_empty_v<Clear>);

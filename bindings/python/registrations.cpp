@@ -185,6 +185,7 @@ void add_registrations(py::module_& module) {
                                const py::gil_scoped_release others_run;  // who holds the match's lock may call Python
                                return self.record();
                              })
+      .def_property_readonly("own_kernels", [](const Match& self) { return own_kernels_of(self.kernel()); })
       .def_property_readonly("kernel", [](const Match& self) { return self.registration().kernel; })
       .def_property_readonly("noise", [](const Match& self) { return self.registration().noise; })
       .def_property_readonly("converged", [](const Match& self) { return self.registration().converged; })

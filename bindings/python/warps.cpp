@@ -116,9 +116,8 @@ images::Image image_of(const py::array& pixels) {
   if (kind == 'i' && bytes == 4) return image_with<std::int32_t>(pixels);
   if (kind == 'f' && bytes <= 4) return image_with<float>(pixels);
   if (kind == 'f' && bytes == 8) return image_with<double>(pixels);
-  throw py::type_error(
-      fmt::format("image is an array of {}; integers of up to 32 bits, float32 or float64 are needed",
-                  py::str(pixels.dtype()).cast<std::string>()));
+  throw py::type_error(fmt::format("image is an array of {}; integers of up to 32 bits, float32 or float64 are needed",
+                                   py::str(pixels.dtype()).cast<std::string>()));
 }
 
 template <class Value>

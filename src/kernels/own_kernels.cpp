@@ -58,8 +58,8 @@ bool has_own(const std::vector<KernelTerm>& terms) {
 
 KernelProfile name_kernel(const std::string& name, const std::shared_ptr<const OwnProfile>& profile) {
   if (!is_name(name))
-    throw InputError(fmt::format("kernel {}: a name is a letter, and letters, digits, '_' and '-' after it",
-                                 quoted_line(name)));
+    throw InputError(
+        fmt::format("kernel {}: a name is a letter, and letters, digits, '_' and '-' after it", quoted_line(name)));
   for (const auto& row : kernel_table().rows())
     if (row.name == name) throw InputError(fmt::format("there is a kernel '{}' already; give another name", name));
   OwnKernels& own = own_kernels();
@@ -72,8 +72,8 @@ KernelProfile name_kernel(const std::string& name, const std::shared_ptr<const O
 std::shared_ptr<const OwnProfile> own_profile(KernelProfile profile) {
   const OwnKernels::Entry entry = entry_of(profile);
   if (std::shared_ptr<const OwnProfile> found = entry.profile.lock()) return found;
-  throw InputError(fmt::format("the kernel '{}' of your own exists no more; keep the object while it is used",
-                               entry.name));
+  throw InputError(
+      fmt::format("the kernel '{}' of your own exists no more; keep the object while it is used", entry.name));
 }
 
 std::string own_kernel_name(KernelProfile profile) { return entry_of(profile).name; }

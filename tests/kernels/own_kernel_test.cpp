@@ -1,14 +1,14 @@
 #include "pulson/kernels/own_kernel.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <functional>
 #include <initializer_list>
 #include <memory>
 #include <numbers>
 #include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include "own_kernels.hpp"
 #include "pair_loops.hpp"
@@ -42,7 +42,8 @@ struct OwnKernelSums : OwnKernel, testing::WithParamInterface<int> {};
 
 TEST_P(OwnKernelSums, AreThoseOfTheTable) {
   const int d = GetParam(), n = 70;  // on a line of so many landmarks kernels of the table are swept
-  const Points q = random_points(d, n, 1), x = random_points(d, 9, 2), a = random_points(d, n, 3), b = random_points(d, n, 4);
+  const Points q = random_points(d, n, 1), x = random_points(d, 9, 2), a = random_points(d, n, 3),
+               b = random_points(d, n, 4);
   Points p = random_points(d, n, 5), dp = random_points(d, n, 6);
   p.rightCols(5).setZero();
   for (const std::string end : {"", "+matern32:alpha=0.7,weight=0.5"}) {
@@ -88,7 +89,8 @@ TEST_F(OwnKernel, OneCallServesAllPairs) {
 }
 
 TEST_F(OwnKernel, ASpecificationMakesIt) {
-  const KernelOperator kernel = make_kernel("gaussian:alpha=1+bell:alpha=auto,weight=3", (Points(1, 2) << 0, 1).finished());
+  const KernelOperator kernel =
+      make_kernel("gaussian:alpha=1+bell:alpha=auto,weight=3", (Points(1, 2) << 0, 1).finished());
   EXPECT_EQ(kernel.spec(), "gaussian:alpha=1+bell:alpha=0.5,weight=3");
   EXPECT_EQ(make_kernel(kernel.spec()).terms().back().profile, number);
   EXPECT_THAT(own_profiles(kernel), testing::ElementsAre(profile));

@@ -132,11 +132,12 @@ class OwnKernel(unittest.TestCase):
         exec("def k(s):\n    return 1 / (1 + s)\n\ncyclic = pulson.OwnKernel(k, name='cyclic')\n"
              "noise = pulson.OwnNoise(lambda q, p: p.ravel(), like=Q)\nk.seen = noise", scope)
         seen = weakref.ref(scope["k"])
-        match = pulson.register(Q, TARGET, kernel="cyclic:alpha=1")
+        match = scope["match"] = pulson.register(Q, TARGET, kernel="cyclic:alpha=1")
         scope.clear()
         gc.collect()
         self.assertIsNotNone(seen())
         match.warp_points(P)
+        seen().match = match
         del match
         gc.collect()
         with self.assertRaisesRegex(ValueError, "unknown kernel"):

@@ -189,6 +189,7 @@ class Registration(Result):
 
     def __init__(self, match, notes=(), summary="", folder=None):
         self._match = match
+        self._own_kernels = match.own_kernels  # kept, as it is made of them
         self._read = None
         self.notes = list(notes)
         self.summary = summary

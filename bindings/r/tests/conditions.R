@@ -3,7 +3,7 @@ source("helpers.R")
 
 a <- leaves[, , 1]
 b <- leaves[, , 2]
-fails(pulson_register(a, b, kernal = "auto"), "pulson_input_error", "unknown option '--kernal'; did you mean '--kernel'")
+fails(pulson_register(a, b, kernal = "auto"), "pulson_input_error", "unknown option 'kernal'; did you mean 'kernel'")
 fails(pulson_register(a, b[1:7, ]), "pulson_input_error", "19", "7")
 fails(pulson_register(a, b, "ch-sd"), "pulson_input_error", "has no name")
 fails(pulson_register(a, b, json = "x"), "pulson_input_error", "json is set by this package")

@@ -31,8 +31,8 @@ class OwnProfile {
   virtual double lipschitz() const = 0;
 };
 
-/// While the profile lives, make_kernel() knows it by this name: `NAME:alpha=0.4`, alone and in sums. Its sums are plain
-/// loops, with one call of at() for many pairs. A name that is given again means the new profile.
+/// While the profile lives, make_kernel() knows it by this name: `NAME:alpha=0.4`, alone and in sums. Its sums are
+/// plain loops, with one call of at() for many pairs. A name that is given again means the new profile.
 /// @throws InputError where the name is that of a row of kernel_table(), or other than letters, digits, '_' and '-'
 KernelProfile name_kernel(const std::string& name, const std::shared_ptr<const OwnProfile>& profile);
 

@@ -1,4 +1,5 @@
-// How often the ellipse in which `pulson view` proposes a landmark holds it: a table in Markdown, see docs/view_checked.md.
+// How often the ellipse in which `pulson view` proposes a landmark holds it: a table in Markdown, see
+// docs/view_checked.md.
 //
 //   proposals [--pairs 1000] [--seed 1] NAME=FILE …
 //
@@ -31,7 +32,7 @@ constexpr int kFewest = 4, kMost = 16;  // landmarks, that which is proposed amo
 struct Counted {
   int proposed = 0;
   int held = 0;
-  std::vector<double> radii{};    // of the circle of the ellipse's area, over the diameter of the known landmarks
+  std::vector<double> radii{};      // of the circle of the ellipse's area, over the diameter of the known landmarks
   std::vector<double> distances{};  // of the landmark from the ellipse's centre, the same
 };
 

@@ -208,10 +208,10 @@ Reply PageRequests::match(const std::string& body) {
   const std::lock_guard lock(matching_);
   const int before = quick_requests_;
   try {
-    const view::LiveMap map = follows && can_follow(near_, left, right, options)
-                                  ? followed_map(left, right, width, height, options, near_)
-                                  : live_map(left, right, width, height, options,
-                                             [&] { return !follows && quick_requests_ != before; });
+    const view::LiveMap map =
+        follows && can_follow(near_, left, right, options)
+            ? followed_map(left, right, width, height, options, near_)
+            : live_map(left, right, width, height, options, [&] { return !follows && quick_requests_ != before; });
     near_ = map.near;
     return {200, "application/octet-stream", bytes_of(map, options)};
   } catch (const view::Superseded&) {

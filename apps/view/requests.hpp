@@ -44,8 +44,8 @@ class PageRequests {
   std::map<std::string, OpenedShape> opened_;
   const ViewArguments& arguments_;
   std::filesystem::path report_;
-  std::mutex judging_, matching_;  // one of each at a time: a match uses all threads
-  view::NearMatch near_;           // of the last match, which the next may follow; behind matching_
+  std::mutex judging_, matching_;        // one of each at a time: a match uses all threads
+  view::NearMatch near_;                 // of the last match, which the next may follow; behind matching_
   std::atomic<int> quick_requests_ = 0;  // that came: a match in full, which takes longer, ends for them
   std::atomic<bool> is_over_ = false;
 };

@@ -16,8 +16,8 @@ struct ViewedResults {
   std::filesystem::path report{};  ///< report.html; empty where there is none
 };
 
-/// The shapes that the record of `register`, `compare`, `sample` or `atlas` names, where their files are still there, from
-/// this folder or from that of the results, are of the plane, and one at least has its picture.
+/// The shapes that the record of `register`, `compare`, `sample` or `atlas` names, where their files are still there,
+/// from this folder or from that of the results, are of the plane, and one at least has its picture.
 ViewedResults results_of(const std::string& folder, const formats::ReadOptions& reading);
 
 }  // namespace pulson

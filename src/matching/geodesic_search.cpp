@@ -189,7 +189,7 @@ class GeodesicSearch {
   MinimiseOptions rounds_ = options_;
   bool more_steps_;
   const std::vector<Points>& near_;  ///< nodes of a path to begin near; may be empty
-  TimeGrid grid_;  ///< of shots
+  TimeGrid grid_;                    ///< of shots
   std::optional<Carriers> carriers_;
   std::vector<Minimum> minima_;
   std::vector<std::vector<Points>> others_;

@@ -19,8 +19,8 @@ std::optional<PathSolution> search_along(const MatchingProblem& problem, const M
                                          const std::vector<Points>& nodes, Finish finish = Finish::kRoundOff);
 
 /// The minimum that a search ends at which begins in the fields of the path through these nodes, of nearly the same
-/// shapes: of this source landmarks are carried by them. Its `minima` are that one alone. Where there is no path through
-/// the nodes, as search_globally().
+/// shapes: of this source landmarks are carried by them. Its `minima` are that one alone. Where there is no path
+/// through the nodes, as search_globally().
 PathSolution search_near(const MatchingProblem& problem, const MinimiseOptions& options,
                          const std::vector<Points>& nodes, Finish finish = Finish::kRoundOff);
 

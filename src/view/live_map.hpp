@@ -35,7 +35,7 @@ struct LiveMap {
   std::vector<int> unmatched;  ///< of all landmarks, from 0
   Eigen::VectorXd noise_share;  ///< n, the part of each landmark's displacement that is the noise's; empty without
   std::string kernel;
-  double ridge = 0;        ///< σ²λ
+  double ridge = 0;          ///< σ²λ
   bool is_linear = false;    ///< of linear_map()
   bool is_followed = false;  ///< of followed_map()
   double rms = 0;
@@ -57,9 +57,9 @@ LiveMap live_map(const Points& source, const Points& target, int width, int heig
 /// Whether followed_map() can begin there: of the same landmarks and noise.
 bool can_follow(const NearMatch& near, const Points& source, const Points& target, const LiveMapOptions& options);
 
-/// The match with the kernel and λ of one nearby, from its path on: see matching::register_near(). Jacobians are those of
-/// the grid. Of 50 landmarks a third of the time of live_map(), whose result differs a little, as the kernel is fitted
-/// to each pair anew. @throws InputError as live_map()
+/// The match with the kernel and λ of one nearby, from its path on: see matching::register_near(). Jacobians are those
+/// of the grid. Of 50 landmarks a third of the time of live_map(), whose result differs a little, as the kernel is
+/// fitted to each pair anew. @throws InputError as live_map()
 LiveMap followed_map(const Points& source, const Points& target, int width, int height, const LiveMapOptions& options,
                      const NearMatch& near);
 

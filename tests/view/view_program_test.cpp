@@ -16,6 +16,8 @@
 
 #include "program.hpp"
 #include "pulson/formats/landmark_files.hpp"
+#include "pulson/images/image.hpp"
+#include "pulson/images/pages.hpp"
 
 namespace pulson {
 namespace {
@@ -56,9 +58,7 @@ class Server {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
   }
 
-  httplib::Result reply_of(const std::string& name) {
-    return httplib::Client("127.0.0.1", port_).Get(path_ + name);
-  }
+  httplib::Result reply_of(const std::string& name) { return httplib::Client("127.0.0.1", port_).Get(path_ + name); }
   std::string text_of(const std::string& name, const json& body) {
     const auto result = httplib::Client("127.0.0.1", port_).Post(path_ + name, body.dump(), "application/json");
     return result && result->status == 200 ? result->body : std::string(4, '?');
@@ -211,6 +211,38 @@ TEST_F(ViewProgram, OpenedShapesComeBackAsTheyWere) {
   }
 }
 
+// A light square in rows as they are stored, and its centre as a landmark, of each orientation of EXIF: the landmark is
+// where the page shows the square, and comes back where it was.
+TEST_F(ViewProgram, LandmarksStayOnTurnedPictures) {
+  constexpr int kWide = 90, kHigh = 60;
+  images::Page page{images::Image(kWide, kHigh, 1, images::PixelType::kUint8), {}};
+  for (int y = 10; y < 18; ++y)
+    for (int x = 16; x < 24; ++x) page.image.values<std::uint8_t>()[static_cast<std::size_t>(y * kWide + x)] = 255;
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    const std::string name = fmt::format("turned_{}", orientation);
+    page.about.orientation = orientation;
+    images::write_pages(name + ".tif", std::vector{page});
+    write(name + ".csv", "x,y\n19.5,13.5\n50,30\n");
+    Server server({name + ".csv", name + ".tif"});
+    const json specimen = server.document()["specimens"][0];
+    const images::Image shown = images::decode_image(server.reply_of("picture?name=0")->body);
+    EXPECT_EQ(shown.width(), specimen["width"]);
+    EXPECT_EQ(shown.height(), specimen["height"]);
+    Eigen::Vector2d centre(0, 0);
+    double sum = 0;
+    for (int y = 0; y < shown.height(); ++y)
+      for (int x = 0; x < shown.width(); ++x)
+        if (const double light = shown.at(x, y, 0); light > 60) centre += light * Eigen::Vector2d(x, y), sum += light;
+    centre /= sum;
+    // The page's picture is a jpg, whose edges are not quite symmetric.
+    EXPECT_NEAR(centre.x(), specimen["points"][0][0], 0.3) << orientation;
+    EXPECT_NEAR(centre.y(), specimen["points"][0][1], 0.3) << orientation;
+    EXPECT_EQ(server.post("export", {{"name", name + "_back.csv"}}).first, 200);
+    const Points back = formats::read_landmark_file(name + "_back.csv").shapes[0].points;
+    EXPECT_LT((back - Points{{19.5, 50}, {13.5, 30}}).cwiseAbs().maxCoeff(), 1e-9) << orientation;
+  }
+}
+
 TEST_F(ViewProgram, InPlaceKeepsTheFirstState) {
   const std::string first = contents("leaves.tps");
   Server server({"leaves.tps", "--in-place"});
@@ -300,8 +332,12 @@ TEST_F(ViewProgram, OfHundredsOfSavesAtOnceOneWinsAndTheOthersAreToldSo) {
 
 TEST_F(ViewProgram, AMatchFollowsTheLastOneAndRefusesWhatIsNoRequest) {
   Server server({"leaf_1.png", "leaf_2.png"});
-  json request{{"left", {{10, 10}, {90, 10}, {90, 70}, {10, 70}}}, {"right", {{12, 10}, {90, 14}, {88, 70}, {10, 75}}},
-               {"width", 100}, {"height", 80}, {"columns", 5}, {"rows", 4}};
+  json request{{"left", {{10, 10}, {90, 10}, {90, 70}, {10, 70}}},
+               {"right", {{12, 10}, {90, 14}, {88, 70}, {10, 75}}},
+               {"width", 100},
+               {"height", 80},
+               {"columns", 5},
+               {"rows", 4}};
   const auto is_followed = [&] {
     const std::string head = server.text_of("match", request).substr(4);
     EXPECT_THAT(head, HasSubstr("\"converged\":true"));
@@ -354,7 +390,8 @@ TEST_F(ViewProgram, OpensThePicturesOfResultsAndTheirReport) {
   ASSERT_EQ(run({"register", "leaves.tps#1", "leaves.tps#3", "-o", "out"}).exit_code, 0);
   const ProgramRun other = run({"view", "--no-browser", "out"});
   EXPECT_EQ(other.exit_code, 2);
-  EXPECT_THAT(other.err, HasSubstr("out.pulson.json is a session of other shapes than these results, without leaves.tps#3"));
+  EXPECT_THAT(other.err,
+              HasSubstr("out.pulson.json is a session of other shapes than these results, without leaves.tps#3"));
   // Where the pictures are no longer there, the report is.
   std::filesystem::remove("leaf_1.png");
   std::filesystem::remove("leaf_2.png");

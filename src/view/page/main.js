@@ -7,7 +7,7 @@ import { areLargerStacked } from "./geometry.js";
 import { runKey } from "./keys.js";
 import { Photo } from "./photo.js";
 import { Result, element } from "./result.js";
-import { Saver } from "./saving.js";
+import { Saver, takePictures } from "./saving.js";
 import { History } from "./state.js";
 import { colourOf } from "./marks.js";
 import { alertsOf, hintOf, landmarkTools, sessionTools } from "./tools.js";
@@ -217,31 +217,7 @@ class Page {
     }
   }
 
-  async takePictures(files) {
-    for (const file of files) {
-      try {
-        await this.saved();
-        await this.takePicture(file);
-        this.trouble = null;
-      } catch (error) {
-        this.trouble = error.message;
-        this.refresh();
-      }
-    }
-  }
-
-  // What is placed while the picture is on its way stays, and is saved then; so do the steps of undo.
-  async takePicture(file) {
-    this.saver.hold();
-    let revision = this.saver.revision;
-    try {
-      const { document } = await api.addPicture(file);
-      revision = document.revision;
-      this.history.rebase(old => actions.addSpecimens(old, document.specimens.slice(old.specimens.length)));
-    } finally {
-      this.saver.release(revision, this.now);
-    }
-  }
+  takePictures(files) { return takePictures(this, files); }
 
   // Until all that was done is in the file.
   async saved() {

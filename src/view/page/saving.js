@@ -1,5 +1,8 @@
 // Saves the document after each action, one request at a time; while one is on its way only the newest waits.
 
+import { addSpecimens } from "./actions.js";
+import { addPicture } from "./api.js";
+
 const kFirstWait = 500, kLongestWait = 8000; // milliseconds between tries
 
 export class Saver {
@@ -67,3 +70,30 @@ export class Saver {
     else this.report("saved");
   }
 }
+
+// What is placed while a picture is on its way stays, and is saved then; so do the steps of undo.
+const takePicture = async (page, file) => {
+  page.saver.hold();
+  let { revision } = page.saver;
+  try {
+    const { document } = await addPicture(file);
+    revision = document.revision;
+    page.history.rebase(old => addSpecimens(old, document.specimens.slice(old.specimens.length)));
+  } finally {
+    page.saver.release(revision, page.now);
+  }
+};
+
+// Adds files as pictures, one after the other; those that are none are named on the page.
+export const takePictures = async (page, files) => {
+  for (const file of files) {
+    try {
+      await page.saved();
+      await takePicture(page, file);
+      page.trouble = null;
+    } catch (error) {
+      page.trouble = error.message;
+      page.refresh();
+    }
+  }
+};

@@ -56,7 +56,7 @@ class FormulaParser {
   // The first of the operators that is next, taken.
   std::string take(std::initializer_list<const char*> operators) {
     skip_blanks();
-    for (const std::string op : operators)
+    for (std::string op : operators)
       if (text_.compare(at_, op.size(), op) == 0) {
         at_ += op.size();
         return op;

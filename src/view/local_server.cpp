@@ -68,6 +68,7 @@ struct LocalServer::Implementation {
   httplib::Server server;
   std::string token = random_token();
   int port = 0;
+  socket_t socket = INVALID_SOCKET;  // the last that was made, which is the one that listens
   Handler handler;
   Limit limit;
   std::thread thread;
@@ -122,7 +123,10 @@ struct LocalServer::Implementation {
   void set_up() {
     using Pass = httplib::Server::HandlerResponse;
     server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };  // httplib deletes it
-    server.set_socket_options(keep_port_alone);
+    server.set_socket_options([this](socket_t made) {
+      keep_port_alone(made);
+      socket = made;
+    });
     server.set_tcp_nodelay(true);
     server.set_keep_alive_timeout(2);
     server.set_read_timeout(kPatience);
@@ -162,6 +166,8 @@ LocalServer::LocalServer(int port, Handler handler, Limit limit) : implementatio
   if (implementation_->port <= 0)
     throw InputError(port == 0 ? std::string("no port of 127.0.0.1 can be had")
                                : fmt::format("port {} of 127.0.0.1 cannot be had; port 0 is any that is free", port));
+  // httplib lets five wait: of hundreds at once some would be dropped, and closed when their request comes too late.
+  ::listen(implementation_->socket, SOMAXCONN);
 }
 
 LocalServer::~LocalServer() {

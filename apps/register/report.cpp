@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -191,7 +192,11 @@ html::HtmlReport registration_report(const matching::Registration& registration,
     add_surface(below.still, registration, path, *motion);
     report.sections.push_back({"Motion", {std::move(*motion)}});
   }
-  add_still(report, "The registration", picture, below.image.has_value() || !below.still.triangles.empty());
+  std::optional<html::EncodedPicture> narrow;
+  if (std::string png = picture.empty() ? "" : narrow_registration_png(below.still); !png.empty())
+    narrow = {html::MediaType::kPng, std::move(png)};
+  add_still(report, "The registration", picture, below.image.has_value() || !below.still.triangles.empty(),
+            std::move(narrow));
   report.sections.push_back({"Numbers", {numbers_table(registration, facts), model_table(registration)}});
   report.sections.push_back({"Landmarks", {residual_table(registration, facts)}});
   return report;

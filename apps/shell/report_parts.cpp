@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -102,12 +103,13 @@ html::HtmlReport new_report(std::string title, std::string lead, const std::vect
 }
 
 void add_still(html::HtmlReport& report, const std::string& heading, const std::filesystem::path& picture,
-               bool has_photograph) {
+               bool has_photograph, std::optional<html::EncodedPicture> narrow) {
   if (picture.empty()) return;
   report.sections.push_back({heading,
                              {html::ReportPicture{.picture = picture,
                                                   .caption = fmt::format("Saved as {}.", picture.filename().string()),
-                                                  .has_photograph = has_photograph}}});
+                                                  .has_photograph = has_photograph,
+                                                  .narrow = std::move(narrow)}}});
 }
 
 std::vector<int> shown_frames(int last, std::int64_t numbers) {

@@ -210,10 +210,10 @@ Plan arrange(const Titles& titles, std::vector<View> views, const Arrangement& a
   const double columns = stacked ? 1 : static_cast<double>(views.size());
   double numbers = std::max(kNumberRoom, arrangement.number_room);
   const auto frame_width = [&] { return 2 * kEdge + numbers + (columns - 1) * (all_numbered ? kGap + numbers : kGap); };
-  double scale = std::min((kWidth - frame_width()) / sum_x, arrangement.tallest / most_y);
+  double scale = std::min((arrangement.most_width - frame_width()) / sum_x, arrangement.tallest / most_y);
   numbers = arrangement.number_room;
   for (const View& view : views) numbers = std::max(numbers, left_number_width(view.y, scale * view.y.span()));
-  scale = std::min((kWidth - frame_width()) / sum_x, arrangement.tallest / most_y);
+  scale = std::min((arrangement.most_width - frame_width()) / sum_x, arrangement.tallest / most_y);
 
   const double width = std::max(arrangement.least_width, frame_width() + scale * sum_x);
   const double spare = (width - frame_width() - scale * sum_x) / columns / scale;

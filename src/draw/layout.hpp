@@ -132,6 +132,7 @@ struct Arrangement {
   double number_room = 0;     // to leave at the left at least
   double room_below = 0;      // for other panels, between these and the legend
   double least_width = kLeastWidth;
+  double most_width = kWidth;
 };
 
 /// Panels of one scale: their canvas, with its titles, and where each lies.

@@ -84,12 +84,26 @@ std::vector<LegendEntry> legend_of_shapes(const Figures& figures, const Registra
   return entries;
 }
 
-Canvas compose_plane(const RegistrationPicture& picture) {
+// A layout for screens as narrow as a phone's: text of 20 pixels is one of 11 to 13 there.
+constexpr double kNarrow = 600, kTallestNarrow = 700;
+
+Arrangement arrangement_of(const View& view, bool narrow) {
+  if (narrow)
+    return {.stacked = true,
+            .tallest = kTallestNarrow,
+            .all_numbered = true,
+            .least_width = kNarrow,
+            .most_width = kNarrow};
+  const bool stacked = view.x.span() > 2.2 * view.y.span();
+  return {.stacked = stacked, .tallest = stacked ? 560.0 : 900.0, .all_numbered = stacked};
+}
+
+Canvas compose_plane(const RegistrationPicture& picture, bool narrow) {
   const std::vector<Interval> ranges = data_ranges(picture, 0.15);
   const View view{
       .box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.source.frame.y_down || picture.target.frame.y_down};
-  const bool stacked = view.x.span() > 2.2 * view.y.span();
-  Plan plan = arrange(titles_of(picture), {view, view}, {stacked, stacked ? 560.0 : 900.0, stacked});
+  const Arrangement arrangement = arrangement_of(view, narrow);
+  Plan plan = arrange(narrow ? Titles() : titles_of(picture), {view, view}, arrangement);
   Canvas& canvas = plan.canvas;
   const View& before = plan.views[0];
   const View& after = plan.views[1];
@@ -105,7 +119,7 @@ Canvas compose_plane(const RegistrationPicture& picture) {
   draw_names(canvas, before.pixels(picture.source.points), figure, picture.source,
              before.pixels(Points(picture.target.points(Eigen::all, figures.target.marked))));
 
-  draw_frame(canvas, after, "Result", stacked);
+  draw_frame(canvas, after, "Result", arrangement.stacked);
   draw_image(canvas, after, picture.image_after);
   canvas.lines(after.pixels(picture.grid_after), kGridStroke);
   draw_action(canvas, after.pixels(picture.result), picture);
@@ -237,9 +251,15 @@ void check(const RegistrationPicture& picture) {
 void write_registration_picture(const RegistrationPicture& picture, const PictureFiles& files) {
   check(picture);
   const Canvas canvas = picture.source.dimension() == 1   ? compose_line(picture)
-                        : picture.source.dimension() == 2 ? compose_plane(picture)
+                        : picture.source.dimension() == 2 ? compose_plane(picture, false)
                                                           : compose_space(picture);
   canvas.write(files);
+}
+
+std::string narrow_registration_png(const RegistrationPicture& picture) {
+  check(picture);
+  if (picture.source.dimension() != 2) return {};
+  return compose_plane(picture, true).png({}, 96);
 }
 
 }  // namespace pulson::draw

@@ -167,11 +167,16 @@ class BlockWriter {
   void operator()(const ReportParagraph& paragraph) { page_ += "<p>" + with_whole_options(paragraph.text) + "</p>\n"; }
 
   void operator()(const ReportPicture& picture) {
+    const std::string begin = picture.narrow
+                                  ? fmt::format("<picture><source media=\"(max-width: 44rem)\" srcset=\"{}\">\n",
+                                                html::data_address(*picture.narrow))
+                                  : std::string();
     // What scrolls on narrow screens has to be reached by the keyboard.
     page_ += fmt::format(
         "<figure>\n<div class=\"still{}\" tabindex=\"0\" role=\"region\" aria-label=\"picture\">\n"
-        "<img src=\"{}\" alt=\"{}\">\n</div>\n",
-        picture.has_photograph ? "" : " drawing", html::data_address(picture.picture), escaped(picture.caption));
+        "{}<img src=\"{}\" alt=\"{}\">{}\n</div>\n",
+        picture.has_photograph ? "" : " drawing", begin, html::data_address(picture.picture), escaped(picture.caption),
+        picture.narrow ? "</picture>" : "");
     if (!picture.caption.empty()) page_ += "<figcaption>" + escaped(picture.caption) + "</figcaption>\n";
     page_ += "</figure>\n";
   }

@@ -32,8 +32,9 @@ using EmbeddedPicture = std::variant<std::filesystem::path, EncodedPicture>;
 /// A picture on the page.
 struct ReportPicture {
   EmbeddedPicture picture;
-  std::string caption = {};     ///< may be empty; screen readers read it in place of the picture
-  bool has_photograph = false;  ///< which a dark page shows as it is; drawings become dark there
+  std::string caption = {};                   ///< may be empty; screen readers read it in place of the picture
+  bool has_photograph = false;                ///< which a dark page shows as it is; drawings become dark there
+  std::optional<EncodedPicture> narrow = {};  ///< in its place on screens as narrow as a phone's
 };
 
 /// A small drawing of a shape that moves; in space, its view along the axis of the least extent.

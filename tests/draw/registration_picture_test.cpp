@@ -2,6 +2,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -67,6 +69,32 @@ class RegistrationPictureTest : public PictureTest {
 /// Panels that show the target, and those of them that show the result too and join the two.
 std::size_t panels(int d) { return static_cast<std::size_t>(d); }
 std::size_t joined_panels(int d) { return d == 3 ? 3 : d == 2 ? 1 : 0; }
+
+// Width and height of a PNG: big-endian numbers at byte 16.
+std::pair<int, int> size_of_png(const std::string& png) {
+  const auto number = [&](std::size_t first) {
+    int value = 0;
+    for (std::size_t i = first; i < first + 4; ++i) value = 256 * value + static_cast<unsigned char>(png.at(i));
+    return value;
+  };
+  return {number(16), number(20)};
+}
+
+TEST_F(RegistrationPictureTest, StandsOneAboveTheOtherOnNarrowScreens) {
+  for (const double height_of_shape : {0.05, 1.0, 20.0}) {
+    RegistrationPicture picture = example(2, 8, loop(2, 8, 3));
+    picture.title = std::string(200, 'W');
+    std::vector<Points*> all{&picture.source.points, &picture.target.points, &picture.result};
+    for (Points& points : picture.trajectory) all.push_back(&points);
+    for (Points* points : all) points->row(1) *= height_of_shape;
+    const auto [width, height] = size_of_png(narrow_registration_png(picture));
+    EXPECT_EQ(width, 600) << height_of_shape;
+    EXPECT_GE(height, height_of_shape < 1 ? 350 : 1200) << height_of_shape;
+    EXPECT_LE(height, height_of_shape < 1 ? 700 : 1800) << height_of_shape;
+  }
+  EXPECT_EQ(narrow_registration_png(example(1, 8, loop(1, 8, 3))), "");
+  EXPECT_EQ(narrow_registration_png(example(3, 8, loop(3, 8, 3))), "");
+}
 
 TEST_F(RegistrationPictureTest, DrawsATargetThatDoesNotCorrespondByItsOwnPoints) {
   for (const int d : {1, 2, 3})

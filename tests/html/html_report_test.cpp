@@ -101,6 +101,17 @@ TEST_F(HtmlReportTest, EmbedsPicturesFromMemory) {
   EXPECT_TRUE(contains(page_with(MediaType::kSvg), "<img src=\"data:image/svg+xml;base64,c29tZSBieXRlcw==\""));
 }
 
+TEST_F(HtmlReportTest, HasAnotherPictureForNarrowScreens) {
+  ReportPicture picture{EncodedPicture{MediaType::kSvg, "some bytes"}, "c"};
+  EXPECT_FALSE(contains(html_report(report_of(picture)), "<picture>"));
+  picture.narrow = EncodedPicture{MediaType::kPng, "some bytes"};
+  const std::string page = html_report(report_of(picture));
+  EXPECT_TRUE(contains(page,
+                       "<picture><source media=\"(max-width: 44rem)\" "
+                       "srcset=\"data:image/png;base64,c29tZSBieXRlcw==\">\n<img src=\"data:image/svg+xml"));
+  EXPECT_EQ(count_of(page, "</picture>"), 1U);
+}
+
 TEST_F(HtmlReportTest, NeedsNothingBesideItself) {
   write("a.svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"></svg>");
   const std::string page = html_report(report_of(ReportPicture{"a.svg", "c"}));

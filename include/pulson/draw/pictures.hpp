@@ -123,4 +123,8 @@ OutlineKind outline_kind(const Points& points);
 /// several threads.
 void write_registration_picture(const RegistrationPicture& picture, const PictureFiles& files);
 
+/// The same for screens as narrow as a phone's, without titles: d = 2, the panels one above the other, a PNG of 600
+/// pixels' width. Empty where panels stand so anyway: d = 1 and 3. @throws InputError as write_registration_picture()
+std::string narrow_registration_png(const RegistrationPicture& picture);
+
 }  // namespace pulson::draw

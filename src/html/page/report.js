@@ -26,20 +26,22 @@ for (const head of document.querySelectorAll("th")) {
   });
 }
 // A picture that is higher than wide is shown as a whole. A wide one fits the screen, too; where that makes its text
-// small, a click, a tap or Enter enlarges it, and it scrolls.
+// small, a click, a tap or Enter enlarges it, and it scrolls. A layout for narrow screens fills their width.
 const kLegible = 44 * 16; // pixels, as in report.css
 for (const picture of document.querySelectorAll(".still img")) {
-  const box = picture.parentNode;
+  const box = picture.closest(".still");
   const fit = () => {
+    const isNarrow = picture.parentNode !== box && picture.currentSrc !== picture.src;
     const isUpright = picture.naturalWidth < picture.naturalHeight;
-    picture.classList.toggle("upright", isUpright);
-    box.classList.toggle("enlarges", !isUpright && box.clientWidth < Math.min(kLegible, picture.naturalWidth));
+    picture.classList.toggle("upright", isUpright && !isNarrow);
+    box.classList.toggle("enlarges", !isUpright && !isNarrow && box.clientWidth < Math.min(kLegible, picture.naturalWidth));
     if (!box.classList.contains("enlarges")) box.classList.remove("large");
   };
   const enlarge = () => {
     if (box.classList.contains("enlarges")) box.classList.toggle("large");
   };
-  if (picture.complete) fit(); else picture.addEventListener("load", fit);
+  if (picture.complete) fit();
+  picture.addEventListener("load", fit);
   addEventListener("resize", fit);
   picture.addEventListener("click", enlarge);
   box.addEventListener("keydown", event => { if (event.key === "Enter") enlarge(); });

@@ -55,13 +55,13 @@ std::string specimens_of(const ReportShapeSpace& space, const std::vector<std::s
   std::string list = "[";
   for (const ReportShapeSpace::Specimen& specimen : space.specimens) {
     if (list.size() > 1) list += ',';
-    list += "{\"name\":\"";
+    list += R"({"name":")";
     append_json_text(list, specimen.name);
     const auto group = std::find(groups.begin(), groups.end(), specimen.group) - groups.begin();
-    fmt::format_to(std::back_inserter(list), "\",\"group\":{},\"scores\":[{:.3g}]", group,
+    fmt::format_to(std::back_inserter(list), R"(","group":{},"scores":[{:.3g}])", group,
                    fmt::join(specimen.scores, ","));
     if (specimen.picture)
-      fmt::format_to(std::back_inserter(list), ",\"picture\":\"{}\"", data_address(*specimen.picture));
+      fmt::format_to(std::back_inserter(list), R"(,"picture":"{}")", data_address(*specimen.picture));
     list += '}';
   }
   return list + "]";
@@ -78,7 +78,7 @@ std::string sliders_of(const ReportShapeSpace& space) {
 }
 
 std::string names_of(const ReportShapeSpace& space) {
-  std::string text = "<label class=\"pick\">shape <select><option value=\"\">by its scores</option>";
+  std::string text = R"(<label class="pick">shape <select><option value="">by its scores</option>)";
   for (std::size_t i = 0; i < space.specimens.size(); ++i)
     text += fmt::format("<option value=\"{}\">{}</option>", i, escaped(space.specimens[i].name));
   return text + "</select></label>";
@@ -99,8 +99,8 @@ std::string shape_space(const ReportShapeSpace& space) {
       "class=\"groups\"></ul></div></div>\n",
       shapes.source.count(), shapes.source.dimension(), space.specimens.size());
   text += sliders_of(space);
-  text += "<div class=\"player\"><button type=\"button\">Play</button>" + names_of(space) +
-          "<button type=\"button\" data-reset=\"\">Mean</button>" + zoom_buttons() + "</div>\n";
+  text += R"(<div class="player"><button type="button">Play</button>)" + names_of(space) +
+          R"(<button type="button" data-reset="">Mean</button>)" + zoom_buttons() + "</div>\n";
   text += key_of(shapes);
   if (shapes.image) text += fmt::format("<img hidden=\"\" src=\"{}\" alt=\"\">\n", data_address(shapes.image->picture));
   if (!space.caption.empty()) text += "<figcaption>" + escaped(space.caption) + "</figcaption>\n";

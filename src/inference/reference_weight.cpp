@@ -73,7 +73,7 @@ LogMixture log_mixture_of(const ChainSetting& setting, std::size_t specimen, con
   LogMixture mixture{0, VectorXd::Constant(std::ssize(linear), kNoPath), {}};
   for (std::size_t c = 0; c < linear.size(); ++c) {
     const double width = components[c].width / std::sqrt(power);
-    if (components[c].mode == mixture.residuals.size()) mixture.residuals.push_back(width * linear[c].residual(z));
+    if (components[c].mode == mixture.residuals.size()) mixture.residuals.emplace_back(width * linear[c].residual(z));
     if (c < first) continue;
     mixture.log_parts[static_cast<Index>(c)] =
         setting.reference.log_weights[specimen][static_cast<Index>(c)] -

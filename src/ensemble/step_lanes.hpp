@@ -37,7 +37,7 @@ enum class LaneScheme { kHeun, kMidpoint, kVariational, kVariational2 };
 /// N landmarks in R^d, d = 1, 2, 3, with any kernel and a sum of noises whose formulas are known, by any integrator.
 struct StepModel {
   /// @throws InputError where the noise refuses the shape or knows() is false
-  StepModel(const StochasticSystem& system, const std::string& integrator, int dimension, int count, double dt,
+  StepModel(StochasticSystem system, const std::string& integrator, int dimension, int count, double dt,
             std::uint64_t seed);
 
   static bool knows(const StochasticSystem& system, const std::string& integrator, int dimension);

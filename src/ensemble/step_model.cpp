@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 
 #include "step_lanes.hpp"
 
@@ -67,9 +68,9 @@ bool StepModel::knows(const StochasticSystem& system, const std::string& integra
   return find_scheme(integrator) != nullptr && dimension <= 3 && has_formula(*system.noise);
 }
 
-StepModel::StepModel(const StochasticSystem& its_system, const std::string& its_integrator, int its_dimension,
+StepModel::StepModel(StochasticSystem its_system, const std::string& its_integrator, int its_dimension,
                      int its_count, double its_dt, std::uint64_t its_seed)
-    : system(its_system),
+    : system(std::move(its_system)),
       integrator(make_integrator(its_integrator)),
       traits(system.noise->traits()),
       dimension(static_cast<std::size_t>(its_dimension)),

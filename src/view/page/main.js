@@ -279,9 +279,9 @@ class Page {
   refresh() {
     this.refreshing ??= requestAnimationFrame(() => {
       this.refreshing = null;
-      this.showAll();
       this.result.doubtful = this.judged.doubtful;
-      if (this.specimen(1)) this.result.update(this.points(0), this.points(1));
+      if (this.specimen(1)) this.result.update(this.points(0), this.points(1)); // first, so that the program begins
+      this.showAll();
       if (!this.result.isQuick) this.askForJudgement(); // else when the map is there, which comes first
     });
   }

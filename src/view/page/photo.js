@@ -52,8 +52,10 @@ export class Photo {
   // Whether the cross is in use: the keyboard brought the focus here, or moved it since the last click.
   get isKeyed() { return this.usesKeys && document.activeElement === this.stage; }
 
-  get wide() { return this.stage.clientWidth; }
-  get high() { return this.stage.clientHeight; }
+  // As it was laid out: to ask the page each time would lay it out at each move of a landmark.
+  get room() { return this.laidOut ??= [this.stage.clientWidth, this.stage.clientHeight]; }
+  get wide() { return this.room[0]; }
+  get high() { return this.room[1]; }
 
   setPicture(name, size, bitmap) {
     const isOther = this.size[0] !== size[0] || this.size[1] !== size[1] || this.heading.textContent !== name;
@@ -72,6 +74,7 @@ export class Photo {
   }
 
   resize() {
+    this.laidOut = this.loupeSide = null;
     if (!this.wide) return;
     const before = this.fitted ? null : this.view;
     if (before) this.draw();
@@ -108,8 +111,8 @@ export class Photo {
     });
   }
 
-  pen(canvas) {
-    const dense = devicePixelRatio || 1, wide = canvas.clientWidth, high = canvas.clientHeight;
+  pen(canvas, wide, high) {
+    const dense = devicePixelRatio || 1;
     if (canvas.width !== Math.round(wide * dense)) canvas.width = Math.round(wide * dense);
     if (canvas.height !== Math.round(high * dense)) canvas.height = Math.round(high * dense);
     const pen = canvas.getContext("2d");
@@ -132,7 +135,7 @@ export class Photo {
     // The picture only where it changed: a move of a landmark draws the marks alone.
     const { scale, x, y } = this.view, now = [this.bitmap, scale, x, y, this.wide, this.high, devicePixelRatio];
     if (!this.painted || now.some((value, i) => value !== this.painted[i])) {
-      this.paintPicture(this.pen(this.canvas), this.view);
+      this.paintPicture(this.pen(this.canvas, this.wide, this.high), this.view);
       this.painted = now;
     }
     drawMarks(this.svg, this.view, { ...this.scene, cross: this.isKeyed ? this.cross : null });
@@ -144,7 +147,7 @@ export class Photo {
     const where = this.hover ?? (proposal ? [proposal.x, proposal.y] : this.isKeyed ? this.cross : null);
     this.loupe.hidden = !where || !this.bitmap;
     if (this.loupe.hidden) return;
-    const pen = this.pen(this.loupe), side = this.loupe.clientWidth;
+    const side = this.loupeSide ??= this.loupe.clientWidth, pen = this.pen(this.loupe, side, side);
     const scale = Math.max(2, kLoupeZoom * this.view.scale);
     const view = geometry.centreOn({ scale, x: 0, y: 0 }, where, side, side);
     this.paintPicture(pen, view);

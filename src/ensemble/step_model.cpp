@@ -68,8 +68,8 @@ bool StepModel::knows(const StochasticSystem& system, const std::string& integra
   return find_scheme(integrator) != nullptr && dimension <= 3 && has_formula(*system.noise);
 }
 
-StepModel::StepModel(StochasticSystem its_system, const std::string& its_integrator, int its_dimension,
-                     int its_count, double its_dt, std::uint64_t its_seed)
+StepModel::StepModel(StochasticSystem its_system, const std::string& its_integrator, int its_dimension, int its_count,
+                     double its_dt, std::uint64_t its_seed)
     : system(std::move(its_system)),
       integrator(make_integrator(its_integrator)),
       traits(system.noise->traits()),

@@ -6,7 +6,6 @@ import { WarpView, between } from "./warp.js";
 const kLongerSide = 33; // nodes of the grid along the longer side
 const kSlow = 40;       // milliseconds of the program, above which something quicker is shown first
 const kPause = 120;     // milliseconds without a move, until what is slow is asked for
-const kBusy = 503;      // the answer to a match that a quicker request came before
 const kFewest = 3;      // landmarks on both pictures
 const kHighest = 36;    // per cent of the window that the picture is high at most, so that the list has room
 
@@ -156,27 +155,29 @@ export class Result {
     this.wanted = null;
     ++this.busy;
     this.isQuick = true;
-    const failure = await this.show({ ...request, ...quick }, begun, () => turn === this.turn, !quick);
+    const isShown = await this.show({ ...request, ...quick }, begun, () => turn === this.turn, !quick);
     this.isQuick = false;
     if (this.wanted) this.next();
-    for (let isOpen = quick !== null || failure === kBusy; isOpen;) {
+    for (let isOpen = quick !== null || !isShown; isOpen;) {
       await new Promise(done => setTimeout(done, kPause));
-      isOpen = isNewest() && await this.show(request, begun, isNewest, true) === kBusy;
+      isOpen = isNewest() && !await this.show(request, begun, isNewest, true);
     }
     --this.busy;
   }
 
-  // Shows what the program answers, where it is still wanted. Resolves to the status of an error.
+  // Shows what the program answers, where it is still wanted. Resolves to false where a quicker request came before.
   async show(request, begun, isWanted, isLast) {
     try {
       const map = await match(request);
+      if (map === null) return false;
       if (isWanted()) this.take(map, request, begun, isLast);
     } catch (error) {
-      if (!isLast || !isWanted() || error.status === kBusy) return error.status;
-      this.status.textContent = error.message;
-      this.tell(null, error);
+      if (isLast && isWanted()) {
+        this.status.textContent = error.message;
+        this.tell(null, error);
+      }
     }
-    return undefined;
+    return true;
   }
 
   remember({ linear, followed, seconds, kernel, ridge }, { noise, left }) {

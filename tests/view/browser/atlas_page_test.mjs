@@ -30,7 +30,7 @@ try {
     return { scores: [...figure.querySelectorAll("[data-score]")].map(({ value }) => value / 100), picked: figure.querySelector("select").value,
       texts: [...figure.querySelectorAll(".scores output")].map(({ textContent }) => textContent), sum };
   });
-  const drawn = () => page.evaluate(() => new Promise(done => setTimeout(done, 300)));
+  const drawn = () => page.evaluate(() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done))));
   await drawn();
   const mean = await look();
   assert.deepEqual(mean.scores, [0, 0, 0]);

@@ -96,6 +96,7 @@ try {
   await page.keyboard.up("Control");
   await settled(page);
   assert.deepEqual((await stateOf(page)).specimens, state.specimens);
+  assert.deepEqual(page.faults, []);
   await page.evaluate(() => window.pulson.photos[0].fit());
 
   step("the result is there, and its pixels are no blank");
@@ -282,7 +283,8 @@ try {
   page = await openPage(browser, server.url);
   assert.match(await page.$eval(".row .state", node => node.textContent), /^● ● · 0\.\d+ px$/);
   await page.evaluate(() => document.activeElement.blur());
-  const target = new Promise(done => browser.once("targetcreated", done));
+  const known = new Set(browser.targets());
+  const target = browser.waitForTarget(one => one.type() === "page" && !known.has(one));
   await page.keyboard.press("p");
   const report = await (await target).page();
   await report.waitForFunction(() => document.title.includes("leaf_1 → leaf_2") && [...document.images].every(image => image.naturalWidth > 0));

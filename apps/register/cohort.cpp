@@ -9,6 +9,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/text.hpp"
+#include "pair.hpp"
 #include "pulson/compare/cohort_fit.hpp"
 #include "pulson/core/errors.hpp"
 #include "registration_warnings.hpp"
@@ -74,7 +75,8 @@ Json match(const Landmarks& source, const Landmarks& target, const matching::Reg
            const std::optional<inference::FittedParameters>& fitted) {
   try {
     matching::Registration registration = register_shapes(source, target, options);
-    const records::RegistrationFacts facts = registration_facts(registration, fitted);
+    records::RegistrationFacts facts = judged_facts(registration, fitted);
+    facts.counts = topology_counts(registration);
     if (std::string note = prediction_note(facts); !note.empty()) registration.notes.push_back(std::move(note));
     return {{"registration.json", registration_json(registration, facts)},
             {"residuals.csv", records::residuals_csv(registration, facts)},

@@ -61,7 +61,4 @@ std::optional<inference::FittedParameters> fit_first(const Landmarks& source, co
                                                      const std::vector<std::string>& names,
                                                      matching::RegistrationOptions& options, Progress& progress);
 
-records::RegistrationFacts registration_facts(const matching::Registration& registration,
-                                              const std::optional<inference::FittedParameters>& fitted);
-
 }  // namespace pulson

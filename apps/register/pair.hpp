@@ -27,7 +27,14 @@ PairTask pair_task(const RegisterArguments& arguments, Landmarks source, Landmar
 std::optional<inference::FittedParameters> fit_first(const RegisterArguments& arguments, PairTask& task,
                                                      Progress& progress);
 
-/// A pair that was registered, and what is known of it.
+/// What the map does to the order and the triangles of the landmarks.
+records::TopologyCounts topology_counts(const matching::Registration& registration);
+
+/// The other facts.
+records::RegistrationFacts judged_facts(const matching::Registration& registration,
+                                        const std::optional<inference::FittedParameters>& fitted);
+
+/// A pair that was registered, and what is known of it but for its topology_counts().
 struct PairMatch {
   matching::Registration registration;
   records::RegistrationFacts facts;

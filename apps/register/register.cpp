@@ -42,21 +42,28 @@ std::vector<std::string> with(std::vector<std::string> names, bool wanted, const
 
 }  // namespace
 
-records::RegistrationFacts registration_facts(const matching::Registration& registration,
-                                              const std::optional<inference::FittedParameters>& fitted) {
+records::TopologyCounts topology_counts(const matching::Registration& registration) {
   records::TopologyCounts counts;
   const Points& source = registration.source.points;
   const Points &target = registration.target.points, &result = registration.result;
   const bool corresponds = registration.data.kind == matching::DataKind::kLandmarks;
   if (source.rows() == 1) counts.order_inversions = matching::order_inversions(source, result);
-  if (source.rows() == 2) counts.flipped_triangles = warp::flipped_triangles(source, result);
   if (source.rows() == 1 && corresponds) {
     counts.target_inversions = matching::order_inversions(source, target);
     counts.exchanged_as_target = matching::exchanged_as_asked(source, target, result);
   }
-  if (source.rows() == 2 && corresponds) counts.target_flips = warp::triangles_flipped(source, target);
+  if (source.rows() == 2) {
+    const auto triangles = warp::delaunay_triangles(source);
+    counts.flipped_triangles = static_cast<int>(std::ssize(warp::flipped_of(triangles, result)));
+    if (corresponds) counts.target_flips = warp::flipped_of(triangles, target);
+  }
+  return counts;
+}
+
+records::RegistrationFacts judged_facts(const matching::Registration& registration,
+                                        const std::optional<inference::FittedParameters>& fitted) {
   const matching::LandmarkShares shares = landmark_shares(registration);
-  return {counts, shares, judge_landmarks(registration, shares), {}, fitted};
+  return {{}, shares, judge_landmarks(registration, shares), {}, fitted};
 }
 
 namespace {
@@ -219,7 +226,7 @@ PairMatch match_pair(const RegisterArguments& arguments, PairTask& task,
   PairMatch match{register_or_tell(task.source, task.target, task.options, task.notes), {}};
   progress.clear();
   log_step(fmt::format("fitted: kernel {}", registration_system(match.registration).kernel.spec(4)));
-  match.facts = registration_facts(match.registration, fitted);
+  match.facts = judged_facts(match.registration, fitted);
   if (arguments.homotopy) {
     match.facts.homotopy = followed(task.source, task.target, task.options, match.registration);
     progress.clear();
@@ -248,7 +255,8 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   arguments.output.check(files, pictures);
   const auto fitted = fit_first(arguments, task, progress);
   const Interrupt keep_what_is_found;
-  const PairMatch match = match_pair(arguments, task, fitted, progress);
+  PairMatch match = match_pair(arguments, task, fitted, progress);
+  match.facts.counts = topology_counts(match.registration);
   const matching::Registration& registration = match.registration;
   const records::RegistrationFacts& facts = match.facts;
   RunResults results(arguments.output);

@@ -14,6 +14,7 @@
 #include "pulson/matching/registration.hpp"
 #include "pulson/records/records.hpp"
 #include "pulson/warp/material_flow.hpp"
+#include "register/pair.hpp"
 
 namespace pulson::python {
 
@@ -21,20 +22,27 @@ namespace pulson::python {
 class Match {
  public:
   Match(matching::Registration registration, std::string record)
-      : Match(std::move(registration), records::RegistrationFacts()) {
+      : Match(std::move(registration), records::RegistrationFacts(), std::nullopt) {
     record_ = std::move(record);
   }
-  Match(matching::Registration registration, records::RegistrationFacts facts)
+  /// @param facts those of match_pair() @param asked_kernel what the kernel was given as; none: it was read
+  Match(matching::Registration registration, records::RegistrationFacts facts, std::optional<std::string> asked_kernel)
       : registration_(std::move(registration)),
         facts_(std::move(facts)),
+        asked_kernel_(std::move(asked_kernel)),
         kernel_(make_kernel(registration_.kernel, registration_.source.points)) {}
 
   const matching::Registration& registration() const { return registration_; }
+  const std::optional<std::string>& asked_kernel() const { return asked_kernel_; }
   const KernelOperator& kernel() const { return kernel_; }
+  const records::RegistrationFacts& facts() const {
+    const std::lock_guard lock(mutex_);
+    return facts_locked();
+  }
   /// registration.json
   const std::string& record() const {
     const std::lock_guard lock(mutex_);
-    if (record_.empty()) record_ = records::registration_json(registration_, facts_);
+    if (record_.empty()) record_ = records::registration_json(registration_, facts_locked());
     return record_;
   }
 
@@ -55,6 +63,11 @@ class Match {
   }
 
  private:
+  const records::RegistrationFacts& facts_locked() const {
+    if (!std::exchange(has_counts_, true)) facts_.counts = topology_counts(registration_);
+    return facts_;
+  }
+
   const Trajectory& path_locked() const {
     require_same_kernel();
     if (!path_) path_ = replay(registration_);
@@ -72,7 +85,9 @@ class Match {
   }
 
   matching::Registration registration_;
-  records::RegistrationFacts facts_;
+  mutable records::RegistrationFacts facts_;
+  mutable bool has_counts_ = false;
+  std::optional<std::string> asked_kernel_;
   KernelOperator kernel_;
   mutable std::mutex mutex_;
   mutable std::string record_;

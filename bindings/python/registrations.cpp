@@ -80,16 +80,22 @@ py::dict register_pair(const Landmarks& source, const Landmarks& target, const s
           print_note(fmt::format("mode deterministic does not use the noise '{}'", task.options.noise.spec()));
         if (!pair.facts.finding.empty()) print_warning(pair.facts.finding);
         for (const std::string& text : result_warnings(pair.registration)) print_warning(text);
-        print_registration(pair.registration, pair.facts, arguments.kernel);
-        return std::make_shared<Match>(std::move(pair.registration), std::move(pair.facts));
+        return std::make_shared<Match>(std::move(pair.registration), std::move(pair.facts), arguments.kernel);
       },
       run);
   py::dict result;
   result["match"] = match;
-  result["printed"] = said.printed;
   result["warnings"] = said.warnings;
   result["notes"] = said.notes;
   return result;
+}
+
+std::string summary_of(const Match& match) {
+  if (!match.asked_kernel()) return {};  // it was read
+  Said said;
+  run_hosted([&] { print_registration(match.registration(), match.facts(), *match.asked_kernel()); },
+             {py::none(), true, &said});
+  return said.printed;
 }
 
 std::shared_ptr<Match> read_match(const std::string& text, const std::string& name) {
@@ -185,6 +191,7 @@ void add_registrations(py::module_& module) {
                                const py::gil_scoped_release others_run;  // who holds the match's lock may call Python
                                return self.record();
                              })
+      .def_property_readonly("summary", &summary_of)
       .def_property_readonly("own_kernels", [](const Match& self) { return own_kernels_of(self.kernel()); })
       .def_property_readonly("kernel", [](const Match& self) { return self.registration().kernel; })
       .def_property_readonly("noise", [](const Match& self) { return self.registration().noise; })

@@ -4,7 +4,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <exception>
 #include <map>
 #include <mutex>
@@ -74,7 +73,9 @@ class Turn {
   Turn& operator=(const Turn&) = delete;
 };
 
-// What the working thread says, and when it is to stop.
+// What the work says, and when it is to stop. It runs in the thread that calls, without the interpreter's lock, and
+// takes that where it says how far it is or asks whether to stop, at most once in kLook: a thread of its own costs as
+// much as a small match's options, task and summary together.
 class Work {
  public:
   explicit Work(const RunOptions& options) : options_(options) {
@@ -89,65 +90,73 @@ class Work {
       if (options_.said) options_.said->printed += text;
     };
     host_.progress = [this](double fraction, const std::string& text) {
-      const std::lock_guard lock(mutex_);
-      fraction_ = fraction;
-      text_ = text;
-      is_new_ = true;
+      {
+        const std::lock_guard lock(mutex_);
+        fraction_ = fraction;
+        text_ = text;
+        is_new_ = true;
+      }
+      look_now_and_then();
     };
-    host_.interrupted = [this] { return stop_.load(); };
+    host_.interrupted = [this] {
+      look_now_and_then();
+      return stop_.load();
+    };
   }
 
   void run(const std::function<void()>& work) {
-    std::thread worker([&] {
+    std::exception_ptr failure;
+    {
+      const py::gil_scoped_release others_run;
       try {
         const HostScope scope(host_);
         work();
       } catch (...) {
-        failure_ = std::current_exception();
+        failure = std::current_exception();
       }
-      const std::lock_guard lock(mutex_);
-      is_done_ = true;
-      done_.notify_one();
-    });
-    {
-      const py::gil_scoped_release others_run;
-      std::unique_lock lock(mutex_);
-      while (!done_.wait_for(lock, kLook, [this] { return is_done_; })) look(lock);
     }
-    worker.join();
     if (from_python_) std::rethrow_exception(from_python_);
-    if (failure_) std::rethrow_exception(failure_);
+    if (failure) std::rethrow_exception(failure);
   }
 
  private:
-  void look(std::unique_lock<std::mutex>& lock) {
+  // Other threads of the work wait for this one, which comes here itself: Python's signals are the main thread's.
+  void look_now_and_then() {
+    if (std::this_thread::get_id() != caller_ || is_looking_) return;
+    const auto now = std::chrono::steady_clock::now();
+    if (now - looked_ < kLook) return;
+    is_looking_ = true;
+    look();
+    is_looking_ = false;
+    looked_ = std::chrono::steady_clock::now();
+  }
+
+  void look() {
+    std::unique_lock lock(mutex_);
     const bool shows = std::exchange(is_new_, false) && !options_.progress.is(py::none());
     const double fraction = fraction_;
     const std::string text = text_;
     lock.unlock();
-    {
-      const py::gil_scoped_acquire python;
-      try {
-        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-        if (shows && !stop_) options_.progress(fraction < 0 ? py::object(py::none()) : py::float_(fraction), text);
-      } catch (...) {
-        if (!from_python_) from_python_ = std::current_exception();
-        stop_ = true;
-      }
+    const py::gil_scoped_acquire python;
+    try {
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      if (shows && !stop_) options_.progress(fraction < 0 ? py::object(py::none()) : py::float_(fraction), text);
+    } catch (...) {
+      if (!from_python_) from_python_ = std::current_exception();
+      stop_ = true;
     }
-    lock.lock();
   }
 
   const RunOptions& options_;
   Host host_;
+  const std::thread::id caller_ = std::this_thread::get_id();
+  std::chrono::steady_clock::time_point looked_ = std::chrono::steady_clock::now();
+  bool is_looking_ = false;
   std::mutex mutex_;
-  std::condition_variable done_;
-  bool is_done_ = false;
   bool is_new_ = false;
   double fraction_ = -1;
   std::string text_;
   std::atomic<bool> stop_ = false;
-  std::exception_ptr failure_;
   std::exception_ptr from_python_;
 };
 

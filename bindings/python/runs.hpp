@@ -27,8 +27,9 @@ struct __attribute__((visibility("hidden"))) RunOptions {
   std::shared_ptr<const NoiseModel> noise{};  ///< of one's own, for verbs that start paths
 };
 
-/// Runs work of the verbs by a thread of its own, without the interpreter's lock, one at a time in this process: this
-/// thread looks for Ctrl-C meanwhile and shows the progress. @throws what the work did, or a signal's handler
+/// Runs work of the verbs without the interpreter's lock, one at a time in this process. Where the work asks whether to
+/// stop, and says how far it is, it looks for Ctrl-C and shows the progress. @throws what the work did, or a signal's
+/// handler
 void run_hosted(const std::function<void()>& work, const RunOptions& options = {});
 
 template <class Result>

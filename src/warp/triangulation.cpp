@@ -80,16 +80,16 @@ std::vector<std::array<int, 3>> delaunay_triangles(const Points& points) {
   return triangles;
 }
 
-std::vector<std::array<int, 3>> triangles_flipped(const Points& before, const Points& after) {
-  require_size("the points of a triangulation", after, 2, before.cols());
+std::vector<std::array<int, 3>> flipped_of(const std::vector<std::array<int, 3>>& triangles, const Points& after) {
   std::vector<std::array<int, 3>> flipped;
-  for (const std::array<int, 3>& triangle : delaunay_triangles(before))
+  for (const std::array<int, 3>& triangle : triangles)
     if (twice_area(after, triangle) < 0) flipped.push_back(triangle);
   return flipped;
 }
 
 int flipped_triangles(const Points& before, const Points& after) {
-  return static_cast<int>(std::ssize(triangles_flipped(before, after)));
+  require_size("the points of a triangulation", after, 2, before.cols());
+  return static_cast<int>(std::ssize(flipped_of(delaunay_triangles(before), after)));
 }
 
 }  // namespace pulson::warp

@@ -241,6 +241,8 @@ def _points_text(value, name):
 
 
 def warn(texts):
+    if not texts:
+        return
     frame, level = sys._getframe(1), 2
     while frame is not None and os.path.dirname(frame.f_code.co_filename) == os.path.dirname(__file__):
         frame, level = frame.f_back, level + 1

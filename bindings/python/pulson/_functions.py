@@ -185,7 +185,7 @@ def register(source, target=None, *, out=None, progress=None, **options):
         if os.path.exists(os.path.join(folder, "registration.json")) and not os.path.exists(
                 os.path.join(folder, "cohort.json")):
             match = load(folder)
-            match.notes, match.summary, match.folder = said["notes"], said["printed"].rstrip(), kept
+            match.notes, match._summary, match.folder = said["notes"], said["printed"].rstrip(), kept
             return match
         facts, tables, arrays = _tables.collect(folder, "cohort.json")
         rows = tables["cohort.csv"]
@@ -236,8 +236,7 @@ def _register_pair(table, source, target, progress, options):
         said = _pulson._register_pair(source, target, call.words, weights, call.own_noise, shown)
         close(shown)
         warn(said["warnings"])
-        return _results.Registration(said["match"], [_pulson._python_words(note) for note in said["notes"]],
-                                     said["printed"].rstrip())
+        return _results.Registration(said["match"], [_pulson._python_words(note) for note in said["notes"]])
 
 
 @by_table("simulate")

@@ -187,12 +187,12 @@ class Result:
 class Registration(Result):
     """A flow from one shape to another: see `register`."""
 
-    def __init__(self, match, notes=(), summary="", folder=None):
+    def __init__(self, match, notes=(), summary=None, folder=None):
         self._match = match
         self._own_kernels = match.own_kernels  # kept, as it is made of them
         self._read = None
         self.notes = list(notes)
-        self.summary = summary
+        self._summary = summary
         self.tables = {}
         self.folder = folder
         self._arrays = {}
@@ -203,6 +203,13 @@ class Registration(Result):
         if self._read is None:
             self._read = json.loads(self._match.record_text)
         return self._read
+
+    @property
+    def summary(self):
+        """What the program prints of it."""
+        if self._summary is None:
+            self._summary = self._match.summary.rstrip()
+        return self._summary
 
     momenta = property(lambda self: self._match.momenta, doc="p0, (N, d)")
     result = property(lambda self: self._match.result, doc="where the flow takes the source, (N, d)")
@@ -235,7 +242,7 @@ class Registration(Result):
             file.write(self._match.record_text)
 
     def __reduce__(self):
-        return (_registration_of, (self._match.record_text, self.notes))
+        return (_registration_of, (self._match.record_text, self.notes, self.summary))
 
     def _headline(self):
         return [("rms", self.rms), ("matched", self.matched), ("converged", self.converged), ("kernel", self.kernel),
@@ -254,8 +261,8 @@ class Registration(Result):
         return ax
 
 
-def _registration_of(text, notes):
-    return Registration(_pulson._read_match(text, "registration"), notes)
+def _registration_of(text, notes, summary):
+    return Registration(_pulson._read_match(text, "registration"), notes, summary)
 
 
 class Cohort(Result):

@@ -13,11 +13,11 @@ namespace pulson::warp {
 /// on a line or there are fewer than three. @param points 2×N
 std::vector<std::array<int, 3>> delaunay_triangles(const Points& points);
 
-/// Triangles of the Delaunay triangulation of `before` whose orientation is reversed in `after`, of which those that
-/// miss a coordinate are none. @param before, after 2×N
-std::vector<std::array<int, 3>> triangles_flipped(const Points& before, const Points& after);
+/// Those of delaunay_triangles() whose orientation is reversed in `after`, of which triangles that miss a coordinate
+/// are none. @param after 2×N
+std::vector<std::array<int, 3>> flipped_of(const std::vector<std::array<int, 3>>& triangles, const Points& after);
 
-/// How many there are.
+/// How many of the Delaunay triangles of `before` there are. @param before, after 2×N
 int flipped_triangles(const Points& before, const Points& after);
 
 /// The nodes of a grid over an image: node (c, r) is at (c + first, r + first) in pixel coordinates.

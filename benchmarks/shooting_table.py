@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Shoots shapes through the paper's integrator in every way, under every noise, and prints the table of docs/shooting.md.
+"""Shoots shapes through the paper's integrator in every way, under every noise, and prints the table of
+docs/shooting_checked.md.
 
 Usage: benchmarks/shooting_table.py PULSON SAMPLE_SHAPES. On a line 12 markers that are stretched and shifted, in the plane
 the ellipses of the samples, in space 12 points on a helix that is bent. Each cell: J (as steps tend to 0, where the noise

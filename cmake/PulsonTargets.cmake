@@ -19,7 +19,7 @@ target_compile_options(
             $<$<BOOL:${PULSON_WARNINGS_AS_ERRORS}>:-Werror>)
 
 # Eigen's products of matrices by BLAS, in all of our code or in none: the linker keeps one of several equal names. It is
-# no property of our targets, so what a program that links them compiles stays as it is; see docs/library.md.
+# no property of our targets, so what a program that links them compiles stays as it is; see docs/linking.md.
 target_compile_definitions(pulson_options INTERFACE EIGEN_USE_BLAS)
 
 # For a build that stays on this machine: a fifth of the compile time of vector code for each of the others. In all of our

@@ -193,7 +193,7 @@ TEST(DrawnNoise, IsFollowedOrAveraged) {
   EXPECT_LE((many.result - target.points).norm(), 0.5);
 }
 
-// Every noise in every dimension and way: docs/shooting.md shows the same for larger shapes.
+// Every noise in every dimension and way: docs/shooting_checked.md shows the same for larger shapes.
 TEST(Shooting, MatchesThroughThePapersIntegratorInEveryWay) {
   const std::vector<std::string> noises = {"none",
                                            "ch-sd:beta=0.2",

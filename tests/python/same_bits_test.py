@@ -2,6 +2,8 @@
 
 import gzip
 import os
+import pickle
+import re
 import unittest
 import warnings
 
@@ -19,9 +21,13 @@ def leaves():
 
 class SameBits(InFolder):
     def test_register_files(self):
-        run("register", sample("leaves.tps") + "#1", sample("leaves.tps") + "#2", "-o", self.path("o"), "--no-picture")
+        done = run("register", sample("leaves.tps") + "#1", sample("leaves.tps") + "#2", "-o", self.path("o"), "--no-picture")
         match = pulson.register(sample("leaves.tps") + "#1", sample("leaves.tps") + "#2")
         self.assertEqual(without(match.record), without(record_of(self.path("o"), "registration.json")))
+        printed = [line for line in done.stdout.splitlines() if not line.startswith("wrote")]
+        timeless = lambda lines: [re.sub(r"in [\d.]+ s", "", line) for line in lines]
+        self.assertEqual(timeless(match.summary.splitlines()), timeless(printed))
+        self.assertEqual(pickle.loads(pickle.dumps(match)).summary, match.summary)
 
     def test_register_arrays_with_options(self):
         source, target = (np.array(shape.points) for shape in leaves()[:2])

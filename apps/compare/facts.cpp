@@ -69,7 +69,7 @@ const Facts<ModelRow>& model_facts() {
        [](const R& r) { return r.model->order_inversions; }},
       {"flipped_triangles", "triangles", "flipped Delaunay triangles in the plane, mean of a shape", "{:.3g}",
        [](const R& r) { return r.model->flipped_triangles; }},
-      {"folded_fraction", "folded", "fraction of the shape's box that folds, mean of a shape", "{:.2g} %",
+      {"folded_fraction", "folded", "fraction of the shape's box that folds, mean of a shape", "{:.3g} %",
        [](const R& r) { return r.model->folded_fraction; }, 100},
       {"energy_score", "energy score", "of held-out shapes, length units: lower is better", "{:.4g}",
        [](const R& r) {

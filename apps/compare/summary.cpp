@@ -105,7 +105,7 @@ void print_fitted(const compare::ComparedModel& model) {
   print_text("{}", padded("  " + shortened_spec(model.noise), 30));
   for (const compare::FittedNumber& fitted : model.fit.fitted) print_text("{}  ", fitted_text(fitted));
   print_text("noise {:.0f} % of the variance", 100 * model.fit.noise_share);
-  if (model.fit.greatest_noise_share > 0) print_text(", at most {:.2g} %", 100 * model.fit.greatest_noise_share);
+  if (model.fit.greatest_noise_share > 0) print_text(", at most {:.3g} %", 100 * model.fit.greatest_noise_share);
   print_text("\n");
 }
 

@@ -65,7 +65,7 @@ std::string homotopy_line(const std::vector<matching::HomotopyStep>& steps,
   if (reaches_diffeomorphism(steps))
     return costs + ": a diffeomorphism matches these shapes" + impossible_left(registration);
   if (least + 1 != steps.end()) return costs + ", the smallest that matches" + left;
-  return fmt::format("{}, and grows by {:.2g} % if beta is halved: not diffeomorphic", costs, 100 * least->growth());
+  return fmt::format("{}, and grows by {:.3g} % if beta is halved: not diffeomorphic", costs, 100 * least->growth());
 }
 
 void write_homotopy_picture(const std::vector<matching::HomotopyStep>& steps,

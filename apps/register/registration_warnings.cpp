@@ -210,7 +210,7 @@ std::vector<std::string> momenta_warnings(const matching::Registration& registra
   } else if (const auto& limit = registration.extrapolated) {
     const double left = limit->error / std::max(registration.cost.total(), kNoCost);
     if (left > kSmallChange)
-      texts.push_back(fmt::format("J is known to {:.2g} % from these steps: try more --steps", 100 * left));
+      texts.push_back(fmt::format("J is known to {:.3g} % from these steps: try more --steps", 100 * left));
   } else if (std::abs(change_of_cost(registration)) > kSmallChange && !is_drawn(registration)) {
     texts.push_back(fmt::format("shot by an accurate integrator, p0 {}{}", end_of_shot(registration),
                                 accuracy_remedy(registration)));

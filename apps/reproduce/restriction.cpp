@@ -123,7 +123,7 @@ void add_claims(html::ReportClaims& claims, const std::vector<Run>& runs, const 
                                              : html::Verdict::kNotTested;
     std::string measured = fmt::format("{} of {} clean paths crossed, {} ever did", crossed, clean, ever);
     if (most_lost > 0)
-      measured += fmt::format("; up to {:.2g} % of the paths could not be followed to the end", 100 * most_lost);
+      measured += fmt::format("; up to {:.3g} % of the paths could not be followed to the end", 100 * most_lost);
     if (!followed) measured += ", so it is not known whether they cross";
     claims.push_back({fmt::format("h = {}: {} do not cross, at β = {}{}.", potential.formula, kernel.particle, betas,
                                   potential.of_paper ? "" : " (of the kind of Lemma 1, but not run in the paper)"),

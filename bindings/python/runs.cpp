@@ -163,7 +163,7 @@ class Work {
 // An option of a verb, for signatures and words.
 py::dict described(const CLI::Option& option) {
   py::dict entry;
-  const auto names = option.get_lnames();
+  const auto& names = option.get_lnames();
   const bool is_positional = option.get_positional();
   entry["name"] = is_positional ? option.get_name(true) : names.empty() ? std::string() : names.front();
   entry["help"] = option.get_description();

@@ -25,7 +25,7 @@ std::string joined_words(const std::vector<std::string>& words) {
 }
 
 std::string range_name(const Comparison& comparison, const compare::SigmaProfile::Range& range) {
-  if (!range.has_noise) return "no noise is found";
+  if (!range.has_noise) return "noise is not distinguished from none";
   std::vector<std::string> names;
   for (const std::size_t m : range.models) names.push_back(shortened_spec(comparison.models[m].noise));
   return fmt::format("{}", fmt::join(names, " or "));

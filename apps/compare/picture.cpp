@@ -196,8 +196,11 @@ charts::Chart sigma_chart(const compare::Comparison& comparison) {
     }
     if (!series.x.empty()) panel.series.push_back(std::move(series));
   }
-  return {.title = as_title("the verdict " + sigma_range(comparison)),
-          .subtitle = fmt::format("half to twice the sigma of the best model, {:.3g}",
+  const std::string range = sigma_range(comparison);
+  const std::size_t colon = range.find(": ");  // what follows is too long for a title
+  return {.title = as_title("the verdict " + range.substr(0, colon)),
+          .subtitle = fmt::format("{}sigma {:.3g} in the best model",
+                                  colon == std::string::npos ? "" : range.substr(colon + 2) + "; ",
                                   comparison.models[comparison.best].fit.sigma),
           .rows = {{panel}}};
 }

@@ -23,8 +23,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kPlacesASide = 2;
-constexpr double kFactor = 2;                          // of σ at the ends
+constexpr double kFactor = 2;    // of σ beyond the fits
+constexpr double kWidest = 256;  // the last place over the first: for noise in place of σ, which is ever less
+constexpr int kFewestPlaces = 5, kMostPlaces = 9;      // a factor of √2 apart, where that is not too many
 constexpr double kDecisive = 3;                        // nats, and two standard errors: as of the verdict
 constexpr int kMostTurnsAtSigma = 3;                   // of numbers and matches at one σ
 constexpr auto kEffort = CohortModel::Effort::kRough;  // to 0.01 nat a shape, far below what decides
@@ -104,24 +105,45 @@ double error_of_difference(const CohortFit& a, const CohortFit& b) {
   return std::sqrt(static_cast<double>(differences.size())) * standard_deviation(differences);
 }
 
+bool is_decisive(double difference, double error) {
+  return difference > std::max(kDecisive, std::isfinite(error) ? 2 * error : 0.0);
+}
+
+// From half the least to twice the greatest σ of the models that the fits do not tell apart, evenly in log σ.
+VectorXd places_of(const Comparison& comparison) {
+  const ComparedModel& best = comparison.models[comparison.best];
+  double low = best.fit.sigma, high = best.fit.sigma;
+  for (const ComparedModel& model : comparison.models) {
+    if (!std::isfinite(model.score) || is_decisive(best.score - model.score, error_of_difference(model.fit, best.fit)))
+      continue;
+    low = std::min(low, model.fit.sigma);
+    high = std::max(high, model.fit.sigma);
+  }
+  high *= kFactor;
+  low = std::max(low / kFactor, high / kWidest);
+  const double width = std::log(high / low);
+  const int places =
+      std::clamp(1 + static_cast<int>(std::lround(2 * width / std::log(2.0))), kFewestPlaces, kMostPlaces);
+  return VectorXd::LinSpaced(places, std::log(low), std::log(high)).array().exp();
+}
+
 }  // namespace
 
 SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<NoiseChoice>& noises) {
   const SerialBlas serial;
   const auto start = std::chrono::steady_clock::now();
   const double middle = comparison.models[comparison.best].fit.sigma;
-  constexpr int kPlaces = 2 * kPlacesASide + 1;
-  const double step = std::log(kFactor) / kPlacesASide;
   SigmaProfile profile;
-  profile.sigma.resize(kPlaces);
-  for (int k = 0; k < kPlaces; ++k) profile.sigma[k] = middle * std::exp(step * (k - kPlacesASide));
-  profile.scores = MatrixXd::Constant(kPlaces, std::ssize(noises), text::kMissing);
+  profile.sigma = places_of(comparison);
+  const auto count = static_cast<int>(profile.sigma.size());
+  const VectorXd places = (profile.sigma / middle).array().log();
+  profile.scores = MatrixXd::Constant(count, std::ssize(noises), text::kMissing);
   for (std::size_t m = 0; m < noises.size(); ++m) try {
       const ComparedModel& model = comparison.models[m];
       if (!std::isfinite(model.score)) continue;
       const Walk walk(comparison, noises[m], model.fit, middle);
-      const double own = std::clamp(std::log(model.fit.sigma / middle), -kPlacesASide * step, kPlacesASide * step);
-      const int nearest = kPlacesASide + static_cast<int>(std::lround(own / step));
+      int nearest = 0;
+      (places.array() - std::log(model.fit.sigma / middle)).abs().minCoeff(&nearest);
       const auto note = [&](int k, const Matches& there) {
         double& score = profile.scores(k, static_cast<Index>(m));
         const double found = model.score + there.log_evidence - walk.at_fit();
@@ -130,16 +152,16 @@ SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<Noise
       // Outwards on either side; without noise, which is the limit of others, back as well, to the better maximum.
       for (const int direction : {1, -1}) {
         std::vector<Matches> passed{walk.about()};
-        for (int k = direction > 0 ? nearest : nearest - 1; k >= 0 && k < kPlaces; k += direction) {
-          passed.push_back(walk.at(step * (k - kPlacesASide), passed.back()));
+        for (int k = direction > 0 ? nearest : nearest - 1; k >= 0 && k < count; k += direction) {
+          passed.push_back(walk.at(places[k], passed.back()));
           note(k, passed.back());
         }
         if (!is_none(model) || passed.size() < 3) continue;
         Matches back = passed.back();
-        int k = direction > 0 ? kPlaces - 1 : 0;
+        int k = direction > 0 ? count - 1 : 0;
         for (std::size_t left = passed.size() - 2; left > 0; --left) {
           k -= direction;
-          back = walk.at(step * (k - kPlacesASide), back);
+          back = walk.at(places[k], back);
           note(k, back);
         }
       }
@@ -153,7 +175,7 @@ SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<Noise
     if (make_open_noise(noises[m], comparison.cohort.source).open.empty()) continue;
     const double price = 0.5 * static_cast<double>(fit.fitted.size() - none->fit.fitted.size()) *
                          std::log(static_cast<double>(fit.shapes.size()));
-    for (Index k = 0; k < kPlaces; ++k) {
+    for (Index k = 0; k < count; ++k) {
       const double limit = profile.scores(k, none - comparison.models.begin()) - price;
       double& score = profile.scores(k, static_cast<Index>(m));
       if (std::isfinite(limit) && !(score >= limit)) score = limit;
@@ -172,7 +194,7 @@ std::vector<SigmaProfile::Range> SigmaProfile::ranges(const Comparison& comparis
     for (Index m = 0; best >= 0 && m < here.size(); ++m) {
       const ComparedModel& model = comparison.models[at(m)];
       const double error = m == best ? 0 : error_of_difference(model.fit, comparison.models[at(best)].fit);
-      if (!(here[best] - here[m] <= std::max(kDecisive, std::isfinite(error) ? 2 * error : 0.0))) continue;
+      if (!std::isfinite(here[m]) || is_decisive(here[best] - here[m], error)) continue;
       range.models.push_back(at(m));
       if (is_none(model)) range.has_noise = false;
     }

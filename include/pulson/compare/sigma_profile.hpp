@@ -13,7 +13,8 @@ struct Comparison;
 
 /// The scores of all models if σ were known, over σ.
 struct SigmaProfile {
-  Eigen::VectorXd sigma;   ///< length units, increasing, from half to twice that of the best model
+  Eigen::VectorXd sigma;   ///< length units, increasing, from half the least to twice the greatest of models that the
+                           ///< fits do not tell apart
   Eigen::MatrixXd scores;  ///< [σ][model], nats; NaN where a model has no evidence there
   double seconds = 0;      ///< that it took
 
@@ -29,8 +30,9 @@ struct SigmaProfile {
   std::vector<Range> ranges(const Comparison& comparison) const;
 };
 
-/// At 5 values of σ a factor of √2 apart, from that of the fit outwards. At each, matches and numbers in turn, by the
-/// models linear about the matches; the evidence is Laplace's, shifted to the score of the fit.
+/// At 5 values of σ a factor of √2 apart where σ is given, else at up to 9, from that of each fit outwards. At each,
+/// matches and numbers in turn, by the models linear about the matches; the evidence is Laplace's, shifted to the score
+/// of the fit.
 /// @param noises as compared
 SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<NoiseChoice>& noises);
 

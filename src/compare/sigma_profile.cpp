@@ -109,7 +109,7 @@ bool is_decisive(double difference, double error) {
   return difference > std::max(kDecisive, std::isfinite(error) ? 2 * error : 0.0);
 }
 
-// From half the least to twice the greatest σ of the models that the fits do not tell apart, evenly in log σ.
+// From half the least to twice the greatest σ of the models that the fits do not distinguish, evenly in log σ.
 VectorXd places_of(const Comparison& comparison) {
   const ComparedModel& best = comparison.models[comparison.best];
   double low = best.fit.sigma, high = best.fit.sigma;

@@ -78,6 +78,26 @@ TEST(SigmaProfile, IsThatOfFitsWithThatSigma) {
     EXPECT_NEAR(profile.scores(4, m), other.models[static_cast<std::size_t>(m)].score, 0.3);
 }
 
+// Where sigma is fitted in each model, one that is not distinguished from the best may have another.
+TEST(SigmaProfile, SpansTheSigmasOfModelsThatAreNotDistinguished) {
+  CohortSettings settings = cohort_settings();
+  const CohortShapes shapes{oval(8), drawn_shapes(oval(8), "ch-sd:beta=0.02", 50, settings, 12, 32)};
+  settings.fit_sigma = true;
+  CompareOptions options;
+  options.settings = settings;
+  options.folds = 0;
+  options.forward_samples = 10;
+  options.maps = false;
+  const Comparison comparison = compare_models(shapes, {"none", "ch-sd"}, options);
+  ASSERT_TRUE(comparison.profile);
+  ASSERT_LT(std::abs(comparison.models[0].score - comparison.models[1].score), 3);
+  const auto [low, high] = std::minmax(comparison.models[0].fit.sigma, comparison.models[1].fit.sigma);
+  EXPECT_LT(low, 0.9 * high);
+  const Eigen::VectorXd& sigma = comparison.profile->sigma;
+  EXPECT_NEAR(sigma[0], std::max(low / 2, 2 * high / 256), 1e-9 * high);
+  EXPECT_NEAR(sigma[sigma.size() - 1], 2 * high, 1e-9 * high);
+}
+
 // A noise that is 9 nats ahead at σ = 1 and 1 at σ = 2 is decisive, by 3, up to three quarters of the way in log σ.
 TEST(SigmaProfile, SaysWhereTheVerdictChanges) {
   Comparison comparison;

@@ -14,7 +14,7 @@ struct Comparison;
 /// The scores of all models if σ were known, over σ.
 struct SigmaProfile {
   Eigen::VectorXd sigma;   ///< length units, increasing, from half the least to twice the greatest of models that the
-                           ///< fits do not tell apart
+                           ///< fits do not distinguish
   Eigen::MatrixXd scores;  ///< [σ][model], nats; NaN where a model has no evidence there
   double seconds = 0;      ///< that it took
 

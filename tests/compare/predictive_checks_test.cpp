@@ -56,15 +56,20 @@ TEST(PredictiveChecks, NameALandmarkThatVariesTooMuch) {
   EXPECT_THAT(found.unexplained().front(), HasSubstr("of 8 landmarks"));
 }
 
-// Scores at another sigma are those of fits with that sigma given.
-TEST(SigmaProfile, IsThatOfFitsWithThatSigma) {
-  CohortSettings settings = cohort_settings();
-  const CohortShapes shapes{oval(8), drawn_shapes(oval(8), "ch-sd:beta=0.1", 50, settings, 12, 31)};
+CompareOptions options_of_profile(const CohortSettings& settings) {
   CompareOptions options;
   options.settings = settings;
   options.folds = 0;
   options.forward_samples = 10;
   options.maps = false;
+  return options;
+}
+
+// Scores at another sigma are those of fits with that sigma given.
+TEST(SigmaProfile, IsThatOfFitsWithThatSigma) {
+  CohortSettings settings = cohort_settings();
+  const CohortShapes shapes{oval(8), drawn_shapes(oval(8), "ch-sd:beta=0.1", 50, settings, 12, 31)};
+  CompareOptions options = options_of_profile(settings);
   const Comparison comparison = compare_models(shapes, {"none", "ch-sd"}, options);
   ASSERT_TRUE(comparison.profile);
   const SigmaProfile& profile = *comparison.profile;
@@ -83,11 +88,7 @@ TEST(SigmaProfile, SpansTheSigmasOfModelsThatAreNotDistinguished) {
   CohortSettings settings = cohort_settings();
   const CohortShapes shapes{oval(8), drawn_shapes(oval(8), "ch-sd:beta=0.02", 50, settings, 12, 32)};
   settings.fit_sigma = true;
-  CompareOptions options;
-  options.settings = settings;
-  options.folds = 0;
-  options.forward_samples = 10;
-  options.maps = false;
+  const CompareOptions options = options_of_profile(settings);
   const Comparison comparison = compare_models(shapes, {"none", "ch-sd"}, options);
   ASSERT_TRUE(comparison.profile);
   ASSERT_LT(std::abs(comparison.models[0].score - comparison.models[1].score), 3);

@@ -15,13 +15,6 @@
 namespace pulson {
 namespace {
 
-constexpr double kDecisive = 3;  // nats, and two standard errors: smaller differences do not separate two models
-
-bool is_behind(const compare::ComparedModel& model) {
-  const double error = std::isnan(model.difference.standard_error) ? 0 : model.difference.standard_error;
-  return -model.difference.value > std::max(kDecisive, 2 * error);
-}
-
 constexpr const char* kNothingToTell = "these shapes do not differ beyond sigma, and say nothing of any model";
 
 // By the root mean square of the coordinates that are observed.
@@ -138,7 +131,7 @@ std::string verdict(const compare::Comparison& comparison) {
   if (comparison.cohort.targets.size() == 1) return verdict_of_one_shape(rows);
   std::vector<std::string> equal;
   for (std::size_t i = 1; i < rows.size(); ++i)
-    if (!is_behind(*rows[i].model)) equal.push_back(shortened_spec(rows[i].model->noise));
+    if (!rows[i].model->is_behind()) equal.push_back(shortened_spec(rows[i].model->noise));
   const compare::CohortFit& fit = rows.front().model->fit;
   const auto vanishes = [](const compare::FittedNumber& number) { return number.vanishes && number.name == "lambda"; };
   if (is_geodesic(fit) && std::any_of(fit.fitted.begin(), fit.fitted.end(), vanishes)) return kNothingToTell;

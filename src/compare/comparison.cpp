@@ -212,8 +212,7 @@ void rank(Comparison& comparison) {
     for (Index s = 0; s < differences.size(); ++s)
       differences[s] = model.fit.shapes[static_cast<std::size_t>(s)].log_evidence -
                        best->fit.shapes[static_cast<std::size_t>(s)].log_evidence;
-    model.difference = {model.score - best->score,
-                        std::sqrt(static_cast<double>(differences.size())) * standard_deviation(differences)};
+    model.difference = {model.score - best->score, error_of_sum(differences)};
   }
 }
 
@@ -275,6 +274,8 @@ void check_models(Comparison& comparison, const CohortShapes& shapes) {
 }
 
 }  // namespace
+
+bool ComparedModel::is_behind() const { return is_decisive(-difference.value, difference.standard_error); }
 
 Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseChoice>& noises,
                           const CompareOptions& options) {

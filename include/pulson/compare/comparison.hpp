@@ -113,6 +113,9 @@ struct ComparedModel {
   std::optional<PredictiveChecks> checks{};  ///< of the best model, of the others where that fails
   int lost_samples = 0;                      ///< forward samples without a path
   double seconds = 0;
+
+  /// Whether the difference from the best is decisive: more than 3 nats and two standard errors.
+  bool is_behind() const;
 };
 
 /// Which noise model best explains these shapes?

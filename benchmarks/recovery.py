@@ -1,0 +1,141 @@
+#!/usr/bin/env python3
+"""How often is the default verdict of `pulson compare` right, and are its numbers? Cohorts of an independent simulator.
+
+    benchmarks/recovery.py PULSON FOLDER --shapes 10 --landmarks 6 --noise ch-sd:0.1 [--count 100] [--sigma-known] [OPTION ...]
+
+Each cohort is an oval moved by momenta N(0, (lambda K)^-1), K Gaussian of width 0.5, by noise, by digitising error and by
+a similarity, all by numpy; the program sees a file and its own defaults (Procrustes mean of the same shapes, every noise
+model, width, sigma and lambda fitted). With --sigma-known it is told the error. FOLDER keeps one line of JSON for each
+cohort, so that a study goes on where it stopped. Further OPTIONs are for `pulson compare`.
+
+Noise: none; ch-sd:BETA, increments of positions; p-sd:BETA:WIDTH, momenta pushed by BETA times the gradients of a 3 x 3
+grid of Gaussian bumps; tv:SIGMA, momenta pushed by SIGMA white noise (Trouve and Vialard).
+"""
+import argparse
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+
+ALPHA, STEPS = 0.5, 40
+
+
+def oval(landmarks):
+    angle = 2 * math.pi * np.arange(landmarks) / landmarks
+    return np.c_[np.cos(angle), 0.7 * np.sin(angle)]
+
+
+def gram(q):
+    difference = q[:, None] - q[None]
+    return np.exp(-np.sum(difference**2, axis=2) / (2 * ALPHA**2)), difference
+
+
+def derivative(q, p):
+    """dq/dt and dp/dt of H = 1/2 sum p_a.p_b K(q_a - q_b)."""
+    k, difference = gram(q)
+    return k @ p, np.einsum("ab,abi->ai", (p @ p.T) * k, difference) / ALPHA**2
+
+
+def bumps(q, width):
+    """Gradients of 3 x 3 Gaussian bumps on the box of the oval at q: (9, N, 2)."""
+    centres = np.array([[x, y] for x in (-1, 0, 1) for y in (-0.7, 0, 0.7)])
+    difference = q[None] - centres[:, None]
+    return -difference / width**2 * np.exp(-np.sum(difference**2, axis=2) / (2 * width**2))[:, :, None]
+
+
+def shape(source, noise, lam, rng):
+    """One shape by the stochastic Heun scheme; bumps are of positions, so that Stratonovich and Ito agree."""
+    kind, *numbers = noise.split(":")
+    numbers = [float(x) for x in numbers]
+    q = source.copy()
+    k, _ = gram(q)
+    p = np.linalg.solve(np.linalg.cholesky(lam * (k + 1e-10 * np.eye(len(q)))).T, rng.normal(size=q.shape))
+    dt = 1 / STEPS
+    for _ in range(STEPS):
+        dq = np.zeros_like(q)
+        dp = np.zeros_like(q)
+        if kind == "ch-sd":
+            dq = numbers[0] * math.sqrt(dt) * rng.normal(size=q.shape)
+        elif kind == "tv":
+            dp = numbers[0] * math.sqrt(dt) * rng.normal(size=q.shape)
+        elif kind == "p-sd":
+            weights = numbers[0] * math.sqrt(dt) * rng.normal(size=9)
+            dp = -np.einsum("c,cai->ai", weights, bumps(q, numbers[1]))
+        u, f = derivative(q, p)
+        q1, p1 = q + dt * u + dq, p + dt * f + dp
+        if kind == "p-sd":
+            dp = 0.5 * (dp - np.einsum("c,cai->ai", weights, bumps(q1, numbers[1])))
+        u1, f1 = derivative(q1, p1)
+        q, p = q + dt / 2 * (u + u1) + dq, p + dt / 2 * (f + f1) + dp
+    return q
+
+
+def cohort(arguments, seed):
+    rng = np.random.default_rng([seed, arguments.shapes, arguments.landmarks])
+    source = oval(arguments.landmarks)
+    moved = []
+    while len(moved) < arguments.shapes:
+        q = shape(source, arguments.noise, arguments.lam, rng)
+        if np.all(np.isfinite(q)) and np.max(np.abs(q)) < 10:
+            moved.append(q)
+    digitised = []
+    for q in moved:
+        q = q + arguments.sigma * rng.normal(size=q.shape)
+        angle, scale = rng.uniform(0, 2 * math.pi), math.exp(0.1 * rng.normal())
+        turn = scale * np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+        digitised.append(q @ turn.T + rng.normal(size=2))
+    return digitised
+
+
+def write(path, shapes):
+    with open(path, "w", encoding="utf-8") as file:
+        for i, q in enumerate(shapes):
+            file.write(f"LM={len(q)}\n" + "".join(f"{x:.10g} {y:.10g}\n" for x, y in q) + f"ID=s{i + 1}\n")
+
+
+def run(arguments, seed, scratch):
+    file, out = os.path.join(scratch, "cohort.tps"), os.path.join(scratch, "out")
+    write(file, cohort(arguments, seed))
+    command = [arguments.pulson, "compare", file, "-o", out, "--no-picture", "--quiet", "--seed", str(seed), *arguments.more]
+    if arguments.sigma_known:
+        command += ["--sigma", str(arguments.sigma)]
+    before = os.times()
+    done = subprocess.run(command, capture_output=True, text=True)
+    after = os.times()
+    if done.returncode not in (0, 3):
+        sys.exit(done.stderr)
+    record = json.load(open(os.path.join(out, "comparison.json"), encoding="utf-8"))
+    return {"seed": seed, "exit_code": done.returncode, "record": record,
+            "cpu": after.children_user - before.children_user + after.children_system - before.children_system}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("pulson")
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("--shapes", type=int, default=10)
+    parser.add_argument("--landmarks", type=int, default=6)
+    parser.add_argument("--noise", default="none")
+    parser.add_argument("--lam", type=float, default=50)
+    parser.add_argument("--sigma", type=float, default=0.01)
+    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--sigma-known", action="store_true")
+    arguments, arguments.more = parser.parse_known_args()
+    arguments.folder.mkdir(parents=True, exist_ok=True)
+    name = (f"{arguments.shapes}x{arguments.landmarks}_{arguments.noise.replace(':', '_')}"
+            f"_lambda{arguments.lam:g}_{'known' if arguments.sigma_known else 'fitted'}.jsonl")
+    path = arguments.folder / name
+    done = {json.loads(line)["seed"] for line in open(path, encoding="utf-8")} if path.exists() else set()
+    with open(path, "a", encoding="utf-8") as lines, tempfile.TemporaryDirectory() as scratch:
+        for seed in range(1, arguments.count + 1):
+            if seed not in done:
+                print(json.dumps(run(arguments, seed, scratch)), file=lines, flush=True)
+
+
+if __name__ == "__main__":
+    main()

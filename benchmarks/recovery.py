@@ -114,6 +114,60 @@ def run(arguments, seed, scratch):
             "cpu": after.children_user - before.children_user + after.children_system - before.children_system}
 
 
+def aligned_variance(source, shapes):
+    """Of coordinates about the source, position, direction and size taken out."""
+    centred = source - source.mean(axis=0)
+    total = 0
+    for q in shapes:
+        q = q - q.mean(axis=0)
+        u, s, v = np.linalg.svd(q.T @ centred)
+        total += np.mean((s.sum() / np.sum(q**2) * q @ u @ v - centred) ** 2)
+    return total / len(shapes)
+
+
+def true_share(arguments, count=2000):
+    """What noise alone and momenta alone make of the variance."""
+    rng = np.random.default_rng(5)
+    source = oval(arguments.landmarks)
+    of_noise = aligned_variance(source, [shape(source, arguments.noise, 1e12, rng) for _ in range(count)])
+    of_momenta = aligned_variance(source, [shape(source, "none", arguments.lam, rng) for _ in range(count)])
+    return of_noise / (of_noise + of_momenta)
+
+
+CANDIDATES = {"ch-sd": "ch-sd", "p-sd": "p-sd", "tv": "trouve-vialard"}
+
+
+def mean_text(values):
+    values = np.asarray(values, dtype=float)
+    return f"{values.mean():.3f} ± {values.std(ddof=1) / math.sqrt(len(values)):.3f}" if len(values) > 1 else ""
+
+
+def table(arguments, lines):
+    """A row of the docs' tables."""
+    records = [line["record"] for line in lines]
+    kind, *numbers = arguments.noise.split(":")
+    share = 0 if kind == "none" else true_share(arguments)
+    texts = [record["verdict"]["text"] for record in records]
+    preferred = sum(text.startswith("these shapes are best explained by") and not text.endswith(" none") for text in texts)
+    favoured = sum(text.startswith("these shapes favour") for text in texts)
+    enough = sum("is enough" in text for text in texts)
+    nothing = sum("say nothing of any model" in text for text in texts)
+    cells = [arguments.noise, f"{len(lines)}", f"{100 * share:.0f} %", f"{preferred}", f"{favoured}", f"{enough}", f"{nothing}"]
+    name = CANDIDATES.get(kind)
+    fits = [next(model for model in record["models"] if model["noise"].startswith(name or "none")) for record in records]
+    within = [fit["greatest_noise_share"] >= share for fit in fits]
+    cells.append(f"{sum(within)} of {len(within)}" if name else "")
+    cells.append(mean_text([np.log(fit["lambda"] / arguments.lam) for fit in fits if fit["lambda"] and fit["lambda"] < 1e6]))
+    amplitude = {"ch-sd": "beta", "p-sd": "beta", "tv": "sigma"}.get(kind)
+    cells.append(mean_text([(number["value"] / float(numbers[0])) ** 2 for fit in fits for number in fit["fitted"]
+                            if number["name"] == amplitude]) if name else "")
+    cells.append(f"{sum(line['cpu'] for line in lines) / len(lines):.1f}")
+    print("| drawn from | cohorts | noise share | a noise preferred | favoured | enough | nothing to tell | upper end holds "
+          "| log λ/true | amplitude²/true | CPU s |")
+    print("|" + "---|" * len(cells))
+    print("| " + " | ".join(cells) + " |")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("pulson")
@@ -135,6 +189,7 @@ def main():
         for seed in range(1, arguments.count + 1):
             if seed not in done:
                 print(json.dumps(run(arguments, seed, scratch)), file=lines, flush=True)
+    table(arguments, [json.loads(line) for line in open(path, encoding="utf-8")])
 
 
 if __name__ == "__main__":

@@ -71,9 +71,7 @@ std::string what_would_change(const Comparison& comparison) {
   if (depends || comparison.settings.fit_sigma)
     ways.emplace_back("a measured sigma (the same specimens digitised twice)");
   const std::vector<ModelRow> rows = ranked_rows(comparison);
-  const bool is_close =
-      rows.size() > 1 && -rows[1].model->difference.value < std::max(3.0, 2 * rows[1].model->difference.standard_error);
-  if (is_close) ways.emplace_back("more shapes");
+  if (rows.size() > 1 && !rows[1].model->is_behind()) ways.emplace_back("more shapes");
   if (!misfit(comparison).empty())
     ways.emplace_back(
         "models that allow landmarks to vary by different amounts, or specimens that were mended or left out");

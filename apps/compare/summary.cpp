@@ -15,7 +15,14 @@
 namespace pulson {
 namespace {
 
-constexpr const char* kNothingToTell = "these shapes do not differ beyond sigma, and say nothing of any model";
+std::string nothing_to_tell(const compare::Comparison& comparison) {
+  if (!comparison.settings.fit_sigma) return "these shapes do not differ beyond sigma, and say nothing of any model";
+  return fmt::format(
+      "these shapes say nothing of any model: independent variation of landmarks (sigma, fitted: {:.3g}) explains "
+      "their "
+      "differences",
+      comparison.models[comparison.best].fit.sigma);
+}
 
 // By the root mean square of the coordinates that are observed.
 bool differ_beyond_sigma(const compare::Comparison& comparison) {
@@ -127,14 +134,15 @@ std::string verdict(const compare::Comparison& comparison) {
   const std::vector<ModelRow> rows = ranked_rows(comparison);
   const std::string& best = rows.front().model->noise;
   if (rows.size() == 1) return fmt::format("only one model: {}", best);
-  if (!differ_beyond_sigma(comparison)) return kNothingToTell;
+  if (!differ_beyond_sigma(comparison)) return nothing_to_tell(comparison);
   if (comparison.cohort.targets.size() == 1) return verdict_of_one_shape(rows);
   std::vector<std::string> equal;
   for (std::size_t i = 1; i < rows.size(); ++i)
     if (!rows[i].model->is_behind()) equal.push_back(shortened_spec(rows[i].model->noise));
   const compare::CohortFit& fit = rows.front().model->fit;
   const auto vanishes = [](const compare::FittedNumber& number) { return number.vanishes && number.name == "lambda"; };
-  if (is_geodesic(fit) && std::any_of(fit.fitted.begin(), fit.fitted.end(), vanishes)) return kNothingToTell;
+  if (is_geodesic(fit) && std::any_of(fit.fitted.begin(), fit.fitted.end(), vanishes))
+    return nothing_to_tell(comparison);
   if (is_geodesic(fit)) return verdict_of_geodesic(comparison);
   if (equal.empty()) return fmt::format("these shapes are best explained by {}", shortened_spec(best));
   return fmt::format("these shapes favour {}, but do not distinguish it from {}", shortened_spec(best),

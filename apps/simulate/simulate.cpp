@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/step_watch.hpp"
 #include "core/undefined.hpp"
-#include "integrators/step_watch.hpp"
 #include "pulson/draw/pictures.hpp"
 #include "pulson/records/records.hpp"
 #include "report.hpp"

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <cstring>
 #include <span>
 
@@ -29,8 +30,11 @@ std::string shape_text(const py::array& array) {
 
 }  // namespace
 
-Doubles doubles_of(const py::handle& value, const std::string& what) {
-  const py::array array = py::array::ensure(py::reinterpret_borrow<py::object>(value));
+Doubles doubles_of(const py::handle& given, const std::string& what) {
+  py::object value = py::reinterpret_borrow<py::object>(given);
+  if (py::isinstance<py::array>(value) && py::hasattr(value, "filled"))  // a masked array: what is masked is missing
+    value = value.attr("astype")("f8").attr("filled")(std::nan(""));
+  const py::array array = py::array::ensure(value);
   if (!array) {
     PyErr_Clear();
     throw py::type_error(fmt::format("{} is no array of numbers", what));

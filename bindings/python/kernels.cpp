@@ -267,6 +267,9 @@ void look_for_stop() {
 
 KernelOperator kernel_of(const py::handle& value, const Points& q) {
   if (py::isinstance<KernelOperator>(value)) return value.cast<KernelOperator>();
+  if (py::isinstance<OwnKernel>(value) && !value.attr("is_current").cast<bool>())
+    throw InputError(fmt::format("another kernel was made with the name '{}' of this one; give each a name of its own",
+                                 value.attr("name").cast<std::string>()));
   return make_kernel(py::str(value).cast<std::string>(), q);
 }
 
@@ -295,6 +298,8 @@ array([[1.    , 0.3679]])
       .def("gram", &gram_of, "K(x_i - y_j), (M, N)", py::arg("x"), py::arg("y"))
       .def("velocity", &velocity_of, "sum_j K(x_i - q_j) p_j, (M, d)", py::arg("x"), py::arg("q"), py::arg("p"))
       .def("__str__", [](const KernelOperator& self) { return self.spec(); })
+      .def(py::pickle([](const KernelOperator& self) { return py::make_tuple(self.spec()); },
+                      [](const py::tuple& state) { return make_kernel(state[0].cast<std::string>(), {}); }))
       .def("__repr__", [](const KernelOperator& self) { return fmt::format("Kernel('{}')", self.spec(6)); });
 
   py::class_<OwnKernel, std::shared_ptr<OwnKernel>>(
@@ -313,6 +318,13 @@ array([[1. , 0.5]])
       .def(py::init(&make_own_kernel), py::arg("k"), py::arg("first") = py::none(), py::arg("second") = py::none(),
            py::kw_only(), py::arg("name") = py::none())
       .def_property_readonly("name", [](const OwnKernel& self) { return self.name; })
+      .def_property_readonly(
+          "is_current",
+          [](const OwnKernel& self) {
+            const KernelOperator named = make_kernel(self.name + ":alpha=1", {});
+            return own_profiles(named) == std::vector<std::shared_ptr<const OwnProfile>>{self.profile};
+          },
+          "whether its name means it, and no kernel that was made later")
       .def("__str__", [](const OwnKernel& self) { return self.name; })
       .def("__repr__", [](const OwnKernel& self) { return fmt::format("<OwnKernel '{}'>", self.name); });
 }

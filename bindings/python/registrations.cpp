@@ -1,12 +1,15 @@
 // Registrations, and paths that are shot.
 
+#include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <optional>
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
+#include "core/step_watch.hpp"
 #include "formats/held_shapes.hpp"
 #include "match.hpp"
 #include "matching/defaults.hpp"
@@ -122,6 +125,18 @@ TimeGrid grid_of(double time, std::optional<int> steps, std::optional<double> dt
   return options.grid();
 }
 
+// Once in a while: the lock of the interpreter has to be taken for it.
+void look_for_signals() {
+  using Clock = std::chrono::steady_clock;
+  thread_local Clock::time_point looked = Clock::now();
+  if (Clock::now() - looked < std::chrono::milliseconds(50)) return;
+  {
+    const py::gil_scoped_acquire python;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+  looked = Clock::now();
+}
+
 std::shared_ptr<Shot> shoot(const py::handle& q, const py::handle& p, const py::handle& kernel, const py::handle& noise,
                             double time, std::optional<int> given_steps, std::optional<double> dt,
                             const std::string& integrator, const py::object& increments, std::uint64_t seed) {
@@ -147,6 +162,7 @@ std::shared_ptr<Shot> shoot(const py::handle& q, const py::handle& p, const py::
   auto shot = std::make_shared<Shot>();
   const py::gil_scoped_release others_run;
   if (dw.size() == 0) dw = channels > 0 ? brownian_increments(seed, 0, channels, grid) : Eigen::MatrixXd(0, steps);
+  const StepWatch::OfThread watch(look_for_signals);
   shot->path = make_integrator(integrator)->integrate(system, start, grid, dw);
   return shot;
 }
@@ -200,6 +216,15 @@ void add_registrations(py::module_& module) {
                                return self.record();
                              })
       .def_property_readonly("summary", &summary_of)
+      .def_property_readonly("has_own_noise",
+                             [](const Match& self) { return self.registration().own_noise != nullptr; })
+      .def_property_readonly("landmarks",
+                             [](const Match& self) {
+                               const Landmarks& source = self.registration().source;
+                               py::array_t<std::int64_t> indices(source.count());
+                               for (int a = 0; a < source.count(); ++a) indices.mutable_at(a) = source.number(a) - 1;
+                               return indices;
+                             })
       .def_property_readonly("own_kernels", [](const Match& self) { return own_kernels_of(self.kernel()); })
       .def_property_readonly("kernel", [](const Match& self) { return self.registration().kernel; })
       .def_property_readonly("noise", [](const Match& self) { return self.registration().noise; })

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
+#include "core/step_watch.hpp"
 #include "formats/held_shapes.hpp"
 #include "models.hpp"
 #include "pulson/core/errors.hpp"
@@ -49,6 +50,11 @@ std::timed_mutex& turn() {
 std::atomic<std::thread::id> owner;
 
 constexpr auto kLook = std::chrono::milliseconds(50);
+
+// Where nothing is kept there is nothing to wait for.
+void end_with_host() {
+  if (host() != nullptr && host()->interrupted()) throw HostStopped();
+}
 
 // Takes turns with other threads of Python, which may run meanwhile.
 class Turn {
@@ -110,6 +116,8 @@ class Work {
       const py::gil_scoped_release others_run;
       try {
         const HostScope scope(host_);
+        std::optional<StepWatch> watch;
+        if (options_.numbers_only) watch.emplace(end_with_host);
         work();
       } catch (...) {
         failure = std::current_exception();

@@ -21,7 +21,7 @@ namespace pulson::python {
 namespace {
 
 Landmarks make_shape(const py::handle& points, const std::vector<std::string>& labels, const std::string& name,
-                     const std::vector<std::string>& groups) {
+                     const std::vector<std::string>& groups, const std::optional<bool>& y_up) {
   formats::LandmarkFile file = landmarks_of(points, "points");
   if (file.shapes.size() != 1)
     throw InputError(fmt::format("points has {} shapes; a Shape is one, (N, d)", file.shapes.size()));
@@ -32,6 +32,54 @@ Landmarks make_shape(const py::handle& points, const std::vector<std::string>& l
   shape.labels = labels;
   shape.groups = groups;
   if (!name.empty()) shape.name = name;
+  if (y_up) {
+    shape.frame.y_down = !*y_up;
+    shape.frame.says_y = true;
+  }
+  return shape;
+}
+
+py::list arrays_of(const std::vector<Points>& lines) {
+  py::list arrays;
+  for (const Points& line : lines) arrays.append(array_of(Points(line)));
+  return arrays;
+}
+
+std::vector<Points> lines_of(const py::handle& arrays) {
+  std::vector<Points> lines;
+  for (const py::handle& array : arrays) lines.push_back(points_of(array, "a line"));
+  return lines;
+}
+
+// What pickling keeps: all of it.
+py::tuple state_of(const Landmarks& shape) {
+  const Frame& frame = shape.frame;
+  return py::make_tuple(
+      arrays_of({shape.points}), arrays_of(shape.curves), arrays_of(shape.outlines),
+      py::make_tuple(shape.labels, shape.groups, shape.name, shape.image, shape.scale, shape.properties, shape.links,
+                     shape.numbers, shape.absent, shape.units, shape.axes, shape.source),
+      py::make_tuple(frame.origin, frame.unit_per_pixel, frame.y_down, frame.height, frame.width, frame.says_y,
+                     frame.says_units, static_cast<int>(frame.orientation)));
+}
+
+template <class... Members>
+void take_all(const py::tuple& values, Members&... members) {
+  std::size_t i = 0;
+  ((members = values[i++].cast<Members>()), ...);
+}
+
+Landmarks shape_of(const py::tuple& state) {
+  Landmarks shape;
+  shape.points = lines_of(state[0]).at(0);
+  shape.curves = lines_of(state[1]);
+  shape.outlines = lines_of(state[2]);
+  take_all(state[3], shape.labels, shape.groups, shape.name, shape.image, shape.scale, shape.properties, shape.links,
+           shape.numbers, shape.absent, shape.units, shape.axes, shape.source);
+  int orientation = 0;
+  Frame& frame = shape.frame;
+  take_all(state[4], frame.origin, frame.unit_per_pixel, frame.y_down, frame.height, frame.width, frame.says_y,
+           frame.says_units, orientation);
+  frame.orientation = static_cast<Orientation>(orientation);
   return shape;
 }
 
@@ -114,7 +162,7 @@ void add_shapes(py::module_& module) {
 ((3, 2), ['a', 'b', 'c'])
 )")
       .def(py::init(&make_shape), py::arg("points"), py::arg("labels") = std::vector<std::string>(),
-           py::arg("name") = "", py::arg("groups") = std::vector<std::string>())
+           py::arg("name") = "", py::arg("groups") = std::vector<std::string>(), py::arg("y_up") = py::none())
       .def_property_readonly(
           "points", [](const py::object& self) { return view_of(self.cast<const Landmarks&>().points, self); },
           "coordinates, (N, d); a missing one is nan")
@@ -134,9 +182,16 @@ void add_shapes(py::module_& module) {
       .def_readonly("absent", &Landmarks::absent, "landmarks that the specimen does not have, from 0")
       .def_readonly("links", &Landmarks::links)
       .def_readonly("source", &Landmarks::source, "where it came from")
+      .def_property_readonly(
+          "y_up",
+          [](const Landmarks& shape) {
+            return shape.dimension() == 2 && shape.frame.says_y ? std::optional(!shape.frame.y_down) : std::nullopt;
+          },
+          "whether y points upwards on its picture, or None where nothing says so: then pixels are counted downwards")
       .def_property_readonly("diameter", [](const Landmarks& shape) { return diameter(shape.points); })
       .def_property_readonly("centroid_size", [](const Landmarks& shape) { return centroid_size(shape.points); })
       .def("__len__", &Landmarks::count)
+      .def(py::pickle(&state_of, &shape_of))
       .def("__repr__", &text_of);
 
   py::class_<Aligned>(module, "Alignment",
@@ -148,6 +203,11 @@ void add_shapes(py::module_& module) {
                              [](const Aligned& self) { return array_of(Eigen::MatrixXd(self.map.linear.transpose())); })
       .def_property_readonly("translation", [](const Aligned& self) { return array_of(self.map.translation); })
       .def_property_readonly("kind", [](const Aligned& self) { return alignment_name(self.map.kind); })
+      .def("__repr__",
+           [](const Aligned& self) {
+             return fmt::format("<Alignment: {}, scale {:.4g}, {} landmarks in {}D>", alignment_name(self.map.kind),
+                                self.map.scale, self.points.cols(), self.points.rows());
+           })
       .def("apply", [](const Aligned& self, const py::handle& points) {
         const Points x = points_of(points, "points");
         if (x.rows() != self.points.rows())

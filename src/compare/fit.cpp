@@ -199,7 +199,7 @@ CohortFit record(const CohortModel& cohort, Found found) {
     if (shape.samples > 0) fit.effective_part = std::min(fit.effective_part, shape.effective_samples / shape.samples);
   }
   fit.noise_share = noise_share(cohort, matches, matches.x);
-  fit.greatest_noise_share = std::max(fit.noise_share, greatest_noise_share(cohort, matches, fit.fitted));
+  fit.greatest_noise_share = std::max(fit.noise_share, greatest_noise_share(cohort, matches));
   return fit;
 }
 
@@ -212,7 +212,7 @@ CohortFit without_noise(const CohortModel& cohort, CohortFit fit, const CohortFi
   const VectorXd correlations = cohort.correlations_with_sigma(matches);
   const MatrixXd at_rest = MatrixXd::Zero(fit.shapes.front().increments.rows(), fit.shapes.front().increments.cols());
   fit = none;
-  fit.greatest_noise_share = greatest_noise_share(cohort, matches, fitted);
+  fit.greatest_noise_share = greatest_noise_share(cohort, matches);
   fit.noise = numbers.noise->spec();
   if (cohort.noise().is_own) fit.own_noise = numbers.noise;
   for (ShapeFit& shape : fit.shapes) shape.increments = at_rest;

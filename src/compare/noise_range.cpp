@@ -1,7 +1,11 @@
 #include "noise_range.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <iterator>
+#include <limits>
+#include <vector>
+
+#include "held_number.hpp"
 
 namespace pulson::compare {
 namespace {
@@ -13,6 +17,11 @@ using posterior::LinearAt;
 // Variance of the end points, in units of σ², below which neither momenta nor noise show: of numbers that vanish it is
 // 6 millionths each.
 constexpr double kDetectable = 100 * kNegligible;
+
+constexpr double kDrop = 0.8212;  // ½·1.2816², of a one-sided interval of 90 %
+constexpr int kAmplitudes =
+    8;                    // over the range of the amplitude, on the scale on which the evidence is nearly quadratic
+constexpr int kCuts = 4;  // halvings at the end: to 1/128 of the range
 
 }  // namespace
 
@@ -29,15 +38,34 @@ double noise_share(const CohortModel& cohort, const Matches& about, const Vector
   return of_noise + of_momenta > kDetectable * static_cast<double>(data) ? of_noise / (of_noise + of_momenta) : 0;
 }
 
-double greatest_noise_share(const CohortModel& cohort, const Matches& about, const std::vector<FittedNumber>& fitted) {
+double greatest_noise_share(const CohortModel& cohort, const Matches& about) {
   double greatest = 0;
   for (Index g = 0; g < cohort.count(); ++g) {
-    const ModelNumber& number = cohort.open()[at(g)];
-    if (number.kind != ModelNumber::Kind::kAmplitude) continue;
-    const double high = fitted[at(g)].high, most = cohort.box().most[g];
-    VectorXd x = about.x;
-    x[g] = std::isfinite(high) ? std::clamp(number.place(high), x[g], most) : most;
-    greatest = std::max(greatest, noise_share(cohort, about, x));
+    if (cohort.open()[at(g)].kind != ModelNumber::Kind::kAmplitude) continue;
+    HeldNumber held(cohort, g, about);
+    std::vector<double> places{0};
+    for (int k = 0; k < kAmplitudes; ++k)
+      places.push_back(cohort.box().most[g] * static_cast<double>(k + 1) / kAmplitudes);
+    held.visit_all(Eigen::Map<const VectorXd>(places.data(), std::ssize(places)));
+    places.insert(std::upper_bound(places.begin(), places.end(), held.start()), held.start());
+    const auto evidence = [&](double place) {
+      const HeldNumber::Place* found = held.at_place(place);
+      return found == nullptr ? -std::numeric_limits<double>::infinity() : found->matches.log_evidence;
+    };
+    const auto is_allowed = [&](double place) {
+      double best = evidence(place);
+      for (const double other : places) best = std::max(best, evidence(other));
+      return evidence(place) >= best - kDrop;
+    };
+    const auto last = std::find_if(places.rbegin(), places.rend(), is_allowed);
+    double low = *last, high = last == places.rbegin() ? low : *std::prev(last);
+    for (int cut = 0; cut < kCuts && high > low; ++cut) {
+      const double middle = (low + high) / 2;
+      held.visit(middle);
+      (is_allowed(middle) ? low : high) = middle;
+    }
+    const Matches& there = held.at_place(low)->matches;
+    greatest = std::max(greatest, noise_share(cohort, there, there.x));
   }
   return greatest;
 }

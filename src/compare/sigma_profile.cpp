@@ -5,13 +5,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <iterator>
-#include <map>
 #include <optional>
-#include <utility>
 
-#include "compare/cohort_model.hpp"
-#include "compare/newton.hpp"
+#include "compare/held_number.hpp"
 #include "compare/open_noise.hpp"
 #include "compare/statistics.hpp"
 #include "core/text.hpp"
@@ -28,11 +24,8 @@ using Eigen::VectorXd;
 
 constexpr double kFactor = 2;    // of σ beyond the fits
 constexpr double kWidest = 256;  // the last place over the first: for noise in place of σ, which is ever less
-constexpr int kFewestPlaces = 5, kMostPlaces = 9;      // a factor of √2 apart, where that is not too many
-constexpr double kBorder = 1.05;                       // how closely it is shown where the verdict changes
-constexpr int kMostTurnsAtSigma = 3;                   // of numbers and matches at one σ
-constexpr double kGain = 0.05;                         // nats: far below what decides
-constexpr auto kEffort = CohortModel::Effort::kRough;  // to 0.01 nat a shape, far below what decides
+constexpr int kFewestPlaces = 5, kMostPlaces = 9;  // a factor of √2 apart, where that is not too many
+constexpr double kBorder = 1.05;                   // how closely it is shown where the verdict changes
 
 bool is_none(const ComparedModel& model) { return model.noise == "none"; }
 
@@ -40,57 +33,22 @@ bool is_none(const ComparedModel& model) { return model.noise == "none"; }
 class Walk {
  public:
   Walk(const Comparison& comparison, const NoiseChoice& noise, const ComparedModel& compared, double middle)
-      : score_(compared.score),
-        settings_(settings_about(comparison, middle)),
-        model_(comparison.cohort, make_open_noise(noise, comparison.cohort.source), settings_) {
-    const CohortFit& fit = compared.fit;
-    std::vector<double> values;
-    for (const ModelNumber& number : model_.open()) {
-      const auto found = std::find_if(fit.fitted.begin(), fit.fitted.end(),
-                                      [&](const FittedNumber& fitted) { return fitted.name == number.name; });
-      values.push_back(found != fit.fitted.end() ? found->value : fit.sigma);
-    }
-    const VectorXd start = model_.place(values);
-    held_ = model_.count() - 1;
-    fit_place_ = start[held_];
-    Matches about = settled(fit_place_, model_.match(start, nullptr, kEffort));
-    shift_ = score_ - about.log_evidence;
-    keep(known_.begin(), fit_place_, std::move(about));
-  }
+      : settings_(settings_about(comparison, middle)),
+        model_(comparison.cohort, make_open_noise(noise, comparison.cohort.source), settings_),
+        numbers_(model_, model_.count() - 1,
+                 model_.match(place_of(compared.fit), nullptr, CohortModel::Effort::kRough)),  // σ is the last
+        shift_(compared.score - numbers_.at_place(numbers_.start())->matches.log_evidence) {}
 
-  // Outwards from the fit on either side.
-  void pass(const VectorXd& places) {
-    const auto middle = std::lower_bound(places.begin(), places.end(), fit_place_);
-    std::for_each(middle, places.end(), [&](double place) { visit(place); });
-    std::for_each(std::make_reverse_iterator(middle), std::make_reverse_iterator(places.begin()),
-                  [&](double place) { visit(place); });
-  }
-
-  // From the matches of the known places on either side, the better of the two; and back, place by place, as far as
-  // that is better there, too.
-  void visit(double place) {
-    if (known_.contains(place)) return;  // the fit's
-    const auto above = known_.upper_bound(place);
-    std::optional<Matches> best;
-    for (const bool is_above : {true, false}) {
-      if (is_above ? above == known_.end() : above == known_.begin()) continue;
-      std::optional<Matches> there = from(place, is_above ? above->second.matches : std::prev(above)->second.matches);
-      if (there && (!best || there->log_evidence > best->log_evidence)) best = std::move(there);
-    }
-    if (!best) return;
-    const auto here = keep(above, place, *std::move(best));
-    for (auto near = here; std::next(near) != known_.end() && improve(std::next(near), near->second.matches);) ++near;
-    for (auto near = here; near != known_.begin() && improve(std::prev(near), near->second.matches);) --near;
-  }
+  HeldNumber& numbers() { return numbers_; }
 
   // The score, and the evidence of each shape; NaN where some shape has no path.
   double score(double place) const {
-    const auto found = known_.find(place);
-    return found == known_.end() ? text::kMissing : shift_ + found->second.matches.log_evidence;
+    const HeldNumber::Place* found = numbers_.at_place(place);
+    return found == nullptr ? text::kMissing : shift_ + found->matches.log_evidence;
   }
   VectorXd shapes(double place) const {
-    const auto found = known_.find(place);
-    return found == known_.end() ? VectorXd::Constant(model_.shapes(), text::kMissing) : found->second.shapes;
+    const HeldNumber::Place* found = numbers_.at_place(place);
+    return found == nullptr ? VectorXd::Constant(model_.shapes(), text::kMissing) : found->shapes;
   }
 
  private:
@@ -103,62 +61,20 @@ class Walk {
     return settings;
   }
 
-  struct Known {
-    Matches matches;
-    VectorXd shapes;  // their evidence
-  };
-  using Place = std::map<double, Known>::iterator;
-
-  Place keep(Place hint, double place, Matches matches) {
-    VectorXd shapes(model_.shapes());
-    for (Index s = 0; s < shapes.size(); ++s)
-      shapes[s] = posterior::LinearAt(*matches.minima[at(s)].linear, matches.model).log_evidence();
-    const Place kept = known_.insert_or_assign(hint, place, Known{std::move(matches), std::move(shapes)});
-    return kept;
+  VectorXd place_of(const CohortFit& fit) const {
+    std::vector<double> values;
+    for (const ModelNumber& number : model_.open()) {
+      const auto found = std::find_if(fit.fitted.begin(), fit.fitted.end(),
+                                      [&](const FittedNumber& fitted) { return fitted.name == number.name; });
+      values.push_back(found != fit.fitted.end() ? found->value : fit.sigma);
+    }
+    return model_.place(values);
   }
 
-  // Nothing where some shape has no path.
-  std::optional<Matches> from(double place, const Matches& near) const try {
-    VectorXd x = near.x;
-    x[held_] = place;
-    return settled(place, model_.match(model_.box().clipped(x), &near, kEffort));
-  } catch (const NumericalError&) {
-    return std::nullopt;
-  }
-
-  // @return whether what comes from there gains what matters
-  bool improve(Place place, const Matches& near) {
-    std::optional<Matches> other = from(place->first, near);
-    if (!other || !(other->log_evidence > place->second.matches.log_evidence + kGain)) return false;
-    keep(place, place->first, *std::move(other));
-    return true;
-  }
-
-  // Numbers and matches in turn, of which the best is kept.
-  Matches settled(double place, Matches best) const {
-    Box box = model_.box();
-    box.least[held_] = box.most[held_] = place;
-    for (int turn = 0; turn < kMostTurnsAtSigma; ++turn) try {
-        const BoxMaximum there = maximise_in_box(
-            [&](const VectorXd& x) { return model_.linear_value(best, x); },
-            [&](const VectorXd& x) { return model_.linear_evidence(best, x).slope; }, box, box.clipped(best.x));
-        Matches next = model_.match(there.x, &best, kEffort);
-        const double gain = next.log_evidence - best.log_evidence;
-        if (gain > 0) best = std::move(next);
-        if (gain < kGain) break;
-      } catch (const NumericalError&) {
-        break;  // what was found stands
-      }
-    return best;
-  }
-
-  double score_;  // of the fit
   CohortSettings settings_;
   CohortModel model_;
-  Index held_ = 0;  // σ is the last number
-  double fit_place_ = 0;
-  double shift_ = 0;  // from Laplace's evidence to the score
-  std::map<double, Known> known_;
+  HeldNumber numbers_;
+  double shift_;  // from Laplace's evidence to the score
 };
 
 // From half the least to twice the greatest σ of the models that the fits do not distinguish, evenly in log σ.
@@ -260,7 +176,7 @@ SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<Noise
       const ComparedModel& model = comparison.models[m];
       if (!std::isfinite(model.score)) continue;
       walks[m].emplace(comparison, noises[m], model, middle);
-      walks[m]->pass(places.unaryExpr(place_of));
+      walks[m]->numbers().visit_all(places.unaryExpr(place_of));
     } catch (const NumericalError&) {
       walks[m].reset();  // it has no evidence
     }
@@ -277,7 +193,7 @@ SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<Noise
     }
     const double sigma = std::sqrt(profile.sigma[k] * profile.sigma[k + 1]);
     for (std::optional<Walk>& walk : walks)
-      if (walk) walk->visit(place_of(sigma));
+      if (walk) walk->numbers().visit(place_of(sigma));
     sigmas.insert(sigmas.begin() + k + 1, sigma);
     profile = profile_at(sigmas, middle, comparison, walks, limit);
     k = 0;  // what is found there may be better elsewhere

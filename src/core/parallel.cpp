@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <exception>
 #include <memory>
 #include <mutex>
 
@@ -10,6 +11,8 @@
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
+
+#include "core/step_watch.hpp"
 
 namespace pulson {
 namespace {
@@ -68,25 +71,32 @@ SerialBlas::~SerialBlas() {
 void parallel_for(int count, const std::function<void(int)>& task) {
   const SerialBlas serial;
   const int threads = inside_task ? 1 : thread_count();
+  const auto run = [&](int i) {
+    StepWatch::before_step();
+    task(i);
+  };
   if (std::min(threads, count) <= 1) {
-    for (int i = 0; i < count; ++i) task(i);
+    for (int i = 0; i < count; ++i) run(i);
     return;
   }
+  std::atomic<bool> failed = false;
+  std::exception_ptr first;  // of them; the others are ended by it
   arena_of(threads)->execute([&] {
     oneapi::tbb::parallel_for(
         oneapi::tbb::blocked_range<int>(0, count, 1),
         [&](const oneapi::tbb::blocked_range<int>& range) {
           inside_task = true;
           try {
-            for (int i = range.begin(); i < range.end(); ++i) task(i);
+            const StepWatch::OfTask watch(failed);
+            for (int i = range.begin(); i < range.end(); ++i) run(i);
           } catch (...) {
-            inside_task = false;
-            throw;
+            if (!failed.exchange(true)) first = std::current_exception();
           }
           inside_task = false;
         },
         oneapi::tbb::simple_partitioner());
   });
+  if (first) std::rethrow_exception(first);
 }
 
 }  // namespace pulson

@@ -4,9 +4,9 @@
 
 #include <fmt/core.h>
 
+#include "core/step_watch.hpp"
 #include "core/text.hpp"
 #include "integrators/schemes.hpp"
-#include "integrators/step_watch.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {

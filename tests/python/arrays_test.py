@@ -145,7 +145,8 @@ class Kinds(unittest.TestCase):
             with self.subTest(kind=kind):
                 image = MATCH.warp_image(make(IMAGE), background=0).image
                 np.testing.assert_allclose(image, expected, rtol=5e-7 if kind == "float32" else 0)
-        for kind in (np.uint8, np.int8, np.uint16, np.int16, np.uint32, np.int32, np.float32, np.float64, ">u2", ">f4"):
+        for kind in (np.uint8, np.int8, np.uint16, np.int16, np.uint32, np.int32, np.int64, np.uint64, np.float32, np.float64, ">u2",
+                     ">f4"):
             with self.subTest(kind=kind):
                 image = MATCH.warp_image(IMAGE.astype(kind), background=0).image
                 self.assertEqual(image.dtype, np.dtype(kind).newbyteorder("="))
@@ -154,7 +155,7 @@ class Kinds(unittest.TestCase):
         for make in (KINDS["C order"], KINDS["Fortran order"], KINDS["strided"], KINDS["read-only"]):
             np.testing.assert_array_equal(MATCH.warp_image(make(colours), background=0).image[..., 0], expected)
         for wrong, error in ((np.empty((0, 3)), ValueError), (np.zeros(4), ValueError), (IMAGE.astype(complex), TypeError),
-                             (IMAGE.astype(np.int64), TypeError)):
+                             (IMAGE.astype(np.int64) + 2**40, TypeError)):
             with self.assertRaises(error):
                 MATCH.warp_image(wrong)
         self.assertTrue(np.isnan(MATCH.warp_image(np.full_like(IMAGE, np.nan)).image).any())
@@ -191,6 +192,8 @@ class Kinds(unittest.TestCase):
                 else:
                     with self.assertRaises(ValueError):
                         function(holed)
+        np.testing.assert_array_equal(pulson.register(holed, TARGET).landmarks, [0, 2, 3, 4])
+        np.testing.assert_array_equal(MATCH.landmarks, np.arange(5))
         cohort = COHORT.copy()
         cohort[1, 1] = np.nan
         for name, function in COHORT_FUNCTIONS.items():
@@ -209,11 +212,33 @@ class Kinds(unittest.TestCase):
                 with self.subTest(function=name, wrong=wrong), self.assertRaisesRegex(error, words):
                     FUNCTIONS[name](wrong)
 
+    def test_masked(self):
+        mask = np.zeros(SOURCE.shape, dtype=bool)
+        mask[1] = True
+        for array in (SOURCE, (8 * SOURCE).astype(int)):
+            holed = array.astype(float)
+            holed[1] = np.nan
+            masked = np.ma.masked_array(array, mask=mask)
+            np.testing.assert_array_equal(pulson.Shape(masked).points, holed)
+            np.testing.assert_array_equal(pulson.register(masked, TARGET).original, pulson.register(holed, TARGET).original)
+
     def test_line_and_space(self):
         line = pulson.register([0.0, 1.0, 2.0], [0.0, 1.1, 2.2])
         self.assertEqual(line.momenta.shape, (3, 1))
         space = np.random.default_rng(2).normal(size=(6, 3))
         self.assertEqual(pulson.register(space, space * [1, 1, 1.1]).momenta.shape, (6, 3))
+
+    def test_points_of_shapes(self):
+        moved, factors = MATCH.warp_points(SOURCE, jacobians=True)
+        for given in (pulson.Shape(SOURCE), np.array([SOURCE, SOURCE]), pulson._results.Shapes([pulson.Shape(SOURCE)] * 2)):
+            result, dets = MATCH.warp_points(given, jacobians=True)
+            several = not isinstance(given, pulson.Shape)
+            np.testing.assert_array_equal(np.array(result)[1] if several else result.points, moved)
+            np.testing.assert_array_equal(dets[1] if several else dets, factors)
+            np.testing.assert_array_equal(np.array(MATCH.warp_points(given))[1] if several else result.points, moved)
+
+    def test_shoot_takes_shapes(self):
+        np.testing.assert_array_equal(pulson.shoot(pulson.Shape(SOURCE), TARGET).q, pulson.shoot(SOURCE, TARGET).q)
 
     def test_no_copies(self):
         self.assertTrue(np.shares_memory(MATCH.momenta, MATCH.momenta))

@@ -50,6 +50,38 @@ class Words(InFolder):
         with self.assertRaises(ArithmeticError):
             pulson.shoot([0.0, 1.0], [1e90, -1e90], "gaussian:alpha=1", steps=2)
 
+    def test_values_are_not_guessed(self):
+        for options, error, words in (
+            ({"robust": "no"}, TypeError, "True or False"),
+            ({"flip_y": "down"}, TypeError, "True or False"),
+            ({"sigma": True}, TypeError, "takes a value"),
+            ({"align": False}, TypeError, "takes a value"),
+            ({"align": None}, ValueError, "align='none'"),
+        ):
+            with self.subTest(options=options), self.assertRaisesRegex(error, words):
+                pulson.register(Q, Q, **options)
+        match = pulson.register(Q, Q + 0.1, noise=None, sigma=None)  # defaults
+        np.testing.assert_array_equal(match.momenta, pulson.register(Q, Q + 0.1).momenta)
+
+    def test_parts_of_one_value(self):
+        match = pulson.register(Q, Q * [1, 1.2])
+        image = np.arange(48.0).reshape(6, 8)
+        result = match.warp_image(image, size=(9, 7), origin=(0, 0), background=(3,))
+        np.testing.assert_array_equal(result.image, match.warp_image(image, size="9x7", origin="0,0", background="3").image)
+        with self.assertRaisesRegex(TypeError, "like is the name of a file"):
+            match.warp_image(image, like=image)
+
+    def test_columns(self):
+        shapes = pulson.read(sample("leaves.tps"))
+        ages = [3.0, 1, 4, 1, 5, 9, 2, 6]
+        by_name = dict(zip(shapes.names, ages))
+        tables = [pulson.atlas(shapes, model="age", data={"age": data}, permutations=99).record for data in (ages, by_name)]
+        self.assertEqual(tables[0]["models"], tables[1]["models"])
+        with self.assertRaisesRegex(ValueError, "7 entries for 8 shapes"):
+            pulson.atlas(shapes, model="age", data={"age": ages[1:]})
+        with self.assertRaisesRegex(ValueError, "no entry for"):
+            pulson.atlas(shapes, model="age", data={"age": {"other": 1}})
+
     def test_signatures_are_the_tables(self):
         parameters = inspect.signature(pulson.register).parameters
         self.assertEqual(parameters["sigma"].default, "0.5%")
@@ -63,6 +95,13 @@ class Words(InFolder):
     def test_warnings(self):
         with self.assertWarnsRegex(pulson.PulsonWarning, "not matched.*noise"):
             pulson.register(sample("swap_source.csv"), sample("swap_target.csv"))
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("default")
+            for _ in range(2):
+                pulson.register(sample("swap_source.csv"), sample("swap_target.csv"))
+            pulson.register(sample("swap_source.csv"), sample("swap_target.csv"))
+        self.assertEqual({one.filename for one in caught}, {__file__})
+        self.assertEqual(len({one.lineno for one in caught}), 2)  # each line of the user's warns once
 
 
 class Host(InFolder):
@@ -70,11 +109,17 @@ class Host(InFolder):
         return pulson.ensemble(q=[0, 10], p=[4, 1], kernel="gaussian:alpha=1", noise="ch-sd:beta=1.5,on=2",
                                samples=2_000_000, threads=1, **options)
 
+    def slow_noise(self):
+        noise = pulson.OwnNoise(lambda q, p: 0.1 * p.ravel() * np.exp(-q.ravel()**2), like=Q)
+        pulson.simulate(shape=Q, momenta=P, noise=noise, time=1, steps=100_000, samples=4)
+
     def test_keyboard_interrupt(self):
         for work in (self.slow, lambda: pulson.sample(sample("leaves.tps") + "#1", sample("leaves.tps") + "#2",
                                                       draws=100_000),
                      lambda: pulson.simulate(q=np.arange(200.0), p=np.ones(200), kernel="gaussian:alpha=1",
-                                             time=1, steps=100_000)):  # one path
+                                             time=1, steps=100_000),  # one path
+                     lambda: pulson.shoot(np.arange(200.0), np.ones(200), "gaussian:alpha=1", steps=100_000),
+                     self.slow_noise):
             timer = threading.Timer(0.4, _thread.interrupt_main)
             timer.start()
             begin = time.process_time()
@@ -172,6 +217,37 @@ class Shown(InFolder):
         matplotlib.use("Agg")
         axes = match.plot()
         self.assertGreater(len(axes.lines), 1)
+
+    def test_pickles(self):
+        shape = pulson.Shape(Q, labels=["a", "b", "c"], name="t", groups=["x", "x", "y"], y_up=True)
+        again = pickle.loads(pickle.dumps(shape))
+        for name in ("labels", "groups", "name", "y_up", "links", "absent", "units"):
+            self.assertEqual(getattr(again, name), getattr(shape, name))
+        np.testing.assert_array_equal(again.points, Q)
+        shapes = pulson.read(sample("leaves.tps"))
+        kept = pickle.loads(pickle.dumps(shapes))
+        self.assertEqual(kept[1].image, shapes[1].image)
+        np.testing.assert_array_equal(pulson.register(kept[0], kept[1]).momenta,
+                                      pulson.register(shapes[0], shapes[1]).momenta)
+        kernel = pulson.Kernel("gaussian:alpha=0.3")
+        self.assertEqual(str(pickle.loads(pickle.dumps(kernel))), str(kernel))
+
+    def test_frames(self):
+        shapes = pulson.read(sample("leaves.tps"))
+        self.assertIs(shapes[0].y_up, True)
+        self.assertIsNone(pulson.Shape(Q).y_up)
+        again = pulson.Shape(shapes[0].points, y_up=True)
+        self.assertEqual(pulson.register(again, again).record["frame"]["y_down"], False)
+
+    def test_cohorts(self):
+        cohort = pulson.register(Q, {"a": Q + 0.1, "b": Q * 1.1})
+        self.assertEqual(list(cohort.keys()), ["a", "b"])
+        self.assertIs(cohort[1], cohort["b"])
+        self.assertIn("shapes 2, matched 2", repr(cohort))
+        shapes = pulson.read(sample("leaves.tps"))
+        atlas = pulson.atlas(shapes)
+        self.assertEqual(atlas.scores.shape, (8, 7))
+        self.assertEqual(np.shape(atlas.modes["scores"])[0], 8)
 
     def test_a_registration_has_the_keys_of_its_record(self):
         match = pulson.register(Q, Q + [0.1, 0])

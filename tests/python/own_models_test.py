@@ -1,6 +1,7 @@
 """Kernels and noise models written in Python."""
 
 import gc
+import pickle
 import threading
 import traceback
 import unittest
@@ -127,6 +128,20 @@ class OwnKernel(unittest.TestCase):
             pulson._pulson._read_match(record, "record")
 
     # Functions know the names around the object that holds them.
+    def test_a_name_that_passed_on(self):
+        source = np.array([[0.0, 0.0], [1.0, 0.2], [0.4, 1.0]])
+        one = pulson.OwnKernel(lambda s: 1 / (1 + s), name="passed")
+        match = pulson.register(source, source * [1, 1.2], kernel=one)
+        kept = pickle.dumps(match)
+        np.testing.assert_array_equal(pickle.loads(kept).momenta, match.momenta)
+        other = pulson.OwnKernel(lambda s: np.exp(-s), name="passed")
+        for use in (lambda: pulson.register(source, source, kernel=one), lambda: pulson.shoot(source, source, one)):
+            with self.assertRaisesRegex(ValueError, "another kernel was made with the name 'passed'"):
+                use()
+        with self.assertRaisesRegex(ValueError, "means another kernel"):
+            pickle.loads(kept)
+        pulson.register(source, source, kernel=other)
+
     def test_cycles_are_collected(self):
         scope = {"np": np, "pulson": pulson, "Q": Q}
         exec("def k(s):\n    return 1 / (1 + s)\n\ncyclic = pulson.OwnKernel(k, name='cyclic')\n"
@@ -249,6 +264,16 @@ class OwnNoise(unittest.TestCase):
         own = pulson.OwnNoise(lambda q, p: p.ravel(), like=Q)
         with self.assertRaisesRegex(ValueError, "3 landmarks"):
             pulson.simulate(shape=Q[:2], noise=own)
+
+    def test_a_record_that_nothing_reads_is_not_written(self):
+        source = np.array([[0.0, 0.0], [1.0, 0.2], [0.4, 1.0]])
+        noise = pulson.OwnNoise(lambda q, p: 0.1 * p.ravel(), like=source)
+        match = pulson.register(source, source * [1, 1.2], noise=noise)
+        for use in (lambda: pickle.dumps(match), lambda: match.write("not_written.json")):
+            with self.assertRaisesRegex(ValueError, "written in Python"):
+                use()
+        with self.assertRaisesRegex(ValueError, "one source to one target"):
+            pulson.compare([source, source], noise=[noise])
 
     def test_an_error_in_a_callback_is_raised(self):
         fails = []

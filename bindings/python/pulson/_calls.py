@@ -14,10 +14,11 @@ import warnings
 import numpy as np
 
 from . import _pulson, _results, _tables
-from ._pulson import OwnNoise
+from ._pulson import OwnKernel, OwnNoise
 
 Shape = _pulson.Shape
 
+IMAGES = {"image", "like"}
 # Options of the program that are no arguments here: of its files and streams.
 HIDDEN = {"help", "help-all", "out", "json", "quiet", "verbose", "config", "print-config"}
 
@@ -65,6 +66,12 @@ def _default_of(option):
         with contextlib.suppress(ValueError):
             return kind(text)
     return text
+
+
+def _require_no_choice(name, option):
+    """None is the default; where "none" is another choice it could mean either."""
+    if option["default"] not in ("", "none") and re.search(r"\bnone,", option["help"]):
+        raise ValueError(f"{name}=None: write {name}='none', or leave it out for {option['default']!r}")
 
 
 def _text(value):
@@ -158,16 +165,30 @@ class Call:
         option = self.table.find(self.verb, name)
         word = "--" + option["name"]
         if value is None:
+            _require_no_choice(name, option)
             return
         if option["flag"]:
+            if not isinstance(value, (bool, np.bool_)):
+                raise TypeError(f"{name} is True or False, not {value!r}")
             if option["name"] == "flip-y":
                 self.words.append(word if value else "--no-flip-y")
             elif value:
                 self.words.append(word)
             return
         kind = option["type"]
+        if isinstance(value, (bool, np.bool_)):
+            raise TypeError(f"{name} takes a value ({kind}), not {value}")
+        if isinstance(value, (list, tuple)) and any(isinstance(one, OwnNoise) for one in value) or (
+                isinstance(value, OwnNoise) and self.verb not in ("simulate", "ensemble")):
+            raise ValueError(f"{name}: a noise written in Python drives simulate, ensemble, shoot and register of one source "
+                             "to one target")
         if isinstance(value, OwnNoise):
             self.own_noise = value
+            self.words.append(f"{word}={value}")
+        elif isinstance(value, OwnKernel):
+            if not value.is_current:
+                raise ValueError(f"{name}: another kernel was made with the name {value.name!r} of this one; give each "
+                                 "a name of its own")
             self.words.append(f"{word}={value}")
         elif kind.startswith("SHAPE") and not is_path(value):
             self.words += [f"{word}={one}" for one in self.shapes(value, name.rstrip("_"))]
@@ -176,17 +197,23 @@ class Call:
             value.write(path)
             self.words.append(f"{word}={path}")
         elif kind.startswith("FILE.csv:") and not is_path(value):
-            self.words.append(f"{word}={self.column(name, value)}")
+            self.words.append(f"{word}={self.columns(name, {None: value})}:value")
         elif kind.startswith("FILE") and not is_path(value):
-            self.words.append(f"{word}={self.numbers(name, value)}")
+            path = self.columns(name, value) if hasattr(value, "items") else self.numbers(name, value)
+            self.words.append(f"{word}={path}")
         elif option["name"] in ("q", "p") and not isinstance(value, str):
             self.words.append(f"{word}={_points_text(value, name)}")
         elif isinstance(value, (list, tuple, np.ndarray)):
-            self.words += [f"{word}={_text(one)}" for one in value]
+            several = [_text(one) for one in value]
+            if not option["many"]:  # parts of one value
+                several = [("x" if kind == "WxH" else ",").join(several)]
+            self.words += [f"{word}={one}" for one in several]
         else:
             self.words.append(f"{word}={_text(value)}")
 
     def numbers(self, name, value):
+        if name in IMAGES:
+            raise TypeError(f"{name} is the name of a file")
         rows = np.asarray(value, dtype=float)
         if rows.ndim == 0 or rows.size == 0:
             raise ValueError(f"{name} has the shape {rows.shape}: no numbers")
@@ -196,22 +223,32 @@ class Call:
                 file.write(",".join(repr(float(x)) for x in row) + "\n")
         return path
 
-    def column(self, name, value):
+    def columns(self, name, value):
+        """A file of columns by their names: each a list in the order of the shapes, or a dictionary by their names."""
         shapes = next(iter(self.held.values()), None)
-        items = value.items() if hasattr(value, "items") else None
-        if items is None:
-            if shapes is None:
-                raise TypeError(f"{name} needs a dictionary by the names of shapes where these are in a file")
-            value = list(value)
-            if len(value) != len(shapes):
-                raise ValueError(f"{name} has {len(value)} entries for {len(shapes)} shapes")
-            items = zip((shape.name for shape in shapes), value)
+        names = None if shapes is None else [shape.name for shape in shapes]
+        table = {}
+        for column, entries in value.items():
+            what = name if column is None else f"{name}[{column!r}]"
+            if hasattr(entries, "keys"):
+                given = {str(key): entries[key] for key in entries.keys()}
+                names = list(given) if names is None else names
+                missing = [key for key in names if key not in given]
+                if missing:
+                    raise ValueError(f"{what} has no entry for {missing[0]!r}")
+                table[column] = [given[key] for key in names]
+            elif names is None:
+                raise TypeError(f"{what} needs a dictionary by the names of shapes where these are in a file")
+            else:
+                table[column] = list(entries)
+                if len(table[column]) != len(names):
+                    raise ValueError(f"{what} has {len(table[column])} entries for {len(names)} shapes")
         path = os.path.join(self.scratch, f"{name}.csv")
         with open(path, "w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file)
-            writer.writerow(["specimen", "value"])
-            writer.writerows([key, _text(one)] for key, one in items)
-        return f"{path}:value"
+            writer.writerow(["specimen", *("value" if column is None else column for column in table)])
+            writer.writerows([key, *(_text(entries[i]) for entries in table.values())] for i, key in enumerate(names))
+        return path
 
     def run(self, out, progress):
         folder = os.fspath(out) if out is not None else os.path.join(self.scratch, "out")
@@ -247,7 +284,7 @@ def warn(texts):
     while frame is not None and os.path.dirname(frame.f_code.co_filename) == os.path.dirname(__file__):
         frame, level = frame.f_back, level + 1
     for text in texts:
-        warnings.warn(_pulson._python_words(text), _results.PulsonWarning, stacklevel=level - 1)
+        warnings.warn(_pulson._python_words(text), _results.PulsonWarning, stacklevel=level)
 
 
 class _Bar:

@@ -95,7 +95,7 @@ def shoot(q, p, kernel=_pulson._path_kernel, noise=None, *, time=1, steps=None, 
 
     It is that of `pulson simulate --shape`. `increments` are those of the noise, (steps, channels), else drawn by `seed`.
     """
-    return _pulson._shoot(q, p, kernel, noise, time, steps, dt, integrator, increments, seed)
+    return _pulson._shoot(_points(q, "q"), _points(p, "p"), kernel, noise, time, steps, dt, integrator, increments, seed)
 
 
 def load(path):
@@ -104,7 +104,7 @@ def load(path):
     if os.path.isdir(path):
         path = os.path.join(path, "registration.json")
     with open(path, encoding="utf-8") as file:
-        return _results.Registration(_pulson._read_match(file.read(), path))
+        return _results.registration_of(file.read(), path)
 
 
 def _match_of(registration):
@@ -124,14 +124,21 @@ def warp_points(registration, points, *, inverse=False, labels="metric", jacobia
     >>> bool(np.allclose(match.warp_points(match.warp_points([[0.3, 0.4]]), inverse=True), [[0.3, 0.4]]))
     True
 
-    Arrays (M, d) give arrays, a Shape or Shapes the same. With `jacobians` also the determinants of the map
-    from source to target there, alignment included, (M,).
+    Arrays (M, d) give arrays, as (S, M, d) do, a Shape or Shapes the same. With `jacobians` a pair: also the
+    determinants of the map from source to target there, alignment included, (M,); of several shapes a list of them.
     """
     match = _match_of(registration)
-    if isinstance(points, Shape):
-        return _pulson._warp_shape(match, points, inverse, labels)
-    if isinstance(points, _results.Shapes):
-        return _results.Shapes([_pulson._warp_shape(match, shape, inverse, labels) for shape in points])
+    if isinstance(points, (Shape, _results.Shapes)):
+        shapes = [points] if isinstance(points, Shape) else list(points)
+        moved = [_pulson._warp_shape(match, shape, inverse, labels) for shape in shapes]
+        result = moved[0] if isinstance(points, Shape) else _results.Shapes(moved)
+        if not jacobians:
+            return result
+        factors = [_pulson._warp_points(match, shape.points, inverse, labels, True)[1] for shape in shapes]
+        return result, factors[0] if isinstance(points, Shape) else factors
+    if np.ndim(points) == 3:
+        parts = [_pulson._warp_points(match, shape, inverse, labels, jacobians) for shape in points]
+        return (np.array([part[0] for part in parts]), [part[1] for part in parts]) if jacobians else np.array(parts)
     return _pulson._warp_points(match, points, inverse, labels, jacobians)
 
 
@@ -148,9 +155,14 @@ def warp_image(registration, image, *, progress=None, **options):
         call.option(name, value)
     shown = shown_progress(progress)
     picture = os.fspath(image) if is_path(image) else np.asarray(image)
+    kind = None if is_path(image) else picture.dtype
+    if kind in (np.int64, np.uint64) and picture.size and abs(picture).max() < 2**31:
+        picture = picture.astype(np.int32)  # as labels are
     facts = _pulson._warp_image(_match_of(registration), picture, call.words, shown)
     close(shown)
     pixels, said = facts.pop("image"), facts.pop("warnings")
+    if kind in (np.int64, np.uint64):
+        pixels = pixels.astype(kind)
     warn(said)
     return _results.WarpedImage(facts, notes=facts.pop("notes"), arrays={"image": pixels})
 

@@ -15,7 +15,9 @@ class PulsonWarning(UserWarning):
 
 
 def _array(value):
-    """Nested lists of numbers as an array, null as nan; all else as it is."""
+    """Nested lists of numbers as an array, null as nan, in dictionaries, too; all else as it is."""
+    if isinstance(value, dict):
+        return {key: _array(one) for key, one in value.items()}
     if not isinstance(value, list) or not value:
         return value
     flat = value
@@ -93,7 +95,7 @@ class Shapes:
     def plot(self, ax=None):
         ax = _axes(ax)
         for shape in self._shapes:
-            _scatter(ax, shape.points, s=9, alpha=0.6)
+            _scatter(ax, shape.points, y_down=shape.y_up is False, s=9, alpha=0.6)
         return ax
 
 
@@ -114,10 +116,12 @@ def _plane(points):
     return points[:, 0], y
 
 
-def _scatter(ax, points, **style):
+def _scatter(ax, points, y_down=False, **style):
     ax.scatter(*_plane(points), **style)
     if np.shape(points)[1] > 1:
         ax.set_aspect("equal", adjustable="datalim")
+    if y_down and not ax.yaxis_inverted():
+        ax.invert_yaxis()
 
 
 def _fact(value):
@@ -218,6 +222,8 @@ class Registration(Result):
     original = property(lambda self: self._match.original, doc="the source as given, (N, d)")
     increments = property(lambda self: self._match.increments, doc="of the noise, (steps, channels)")
     distances = property(lambda self: self._match.distances, doc="of each landmark from its target, (N,)")
+    landmarks = property(lambda self: self._match.landmarks,
+                         doc="which of the source as given were matched, from 0, (N,): those with all coordinates")
     kernel = property(lambda self: self._match.kernel)
     noise = property(lambda self: self._match.noise)
     rms = property(lambda self: self._match.rms, doc="root mean square distance per landmark")
@@ -238,31 +244,66 @@ class Registration(Result):
 
     def write(self, path):
         """Writes the record, for `load` and for `pulson warp`."""
+        self._require_readable()
         with open(path, "w", encoding="utf-8") as file:
             file.write(self._match.record_text)
 
+    def _require_readable(self):
+        if self._match.has_own_noise:
+            raise ValueError(f"the noise {self.noise!r} is written in Python: nothing could read this record again; keep "
+                             "momenta and increments, and shoot() with them")
+
     def __reduce__(self):
-        return (_registration_of, (self._match.record_text, self.notes, self.summary))
+        self._require_readable()
+        return (registration_of, (self._match.record_text, "registration", self.notes, self.summary))
 
     def _headline(self):
         return [("rms", self.rms), ("matched", self.matched), ("converged", self.converged), ("kernel", self.kernel),
                 ("noise", self.noise)]
 
     def plot(self, ax=None):
-        """Source, target and the paths between."""
+        """Source, target and the paths between, over a grid that the map deforms; on a line the paths over time."""
         ax = _axes(ax)
-        path = self.shoot().q
-        for a in range(path.shape[1]):
-            ax.plot(*_plane(path[:, a]), color="0.7", linewidth=1)
-        _scatter(ax, self.source, s=16, label="source")
-        _scatter(ax, self.target, s=40, facecolors="none", edgecolors="tab:red", label="target")
-        _scatter(ax, self.result, s=9, color="tab:green", label="result")
+        path = self.shoot()
+        if path.q.shape[2] == 1:
+            ax.plot(path.times, path.q[:, :, 0], color="0.7", linewidth=1)
+            ax.plot(np.zeros(len(self.source)), self.source[:, 0], "o", markersize=4, label="source")
+            ax.plot(np.full(len(self.target), path.times[-1]), self.target[:, 0], "o", markersize=7, markerfacecolor="none",
+                    color="tab:red", label="target")
+            ax.set(xlabel="t", ylabel="position")
+            ax.legend()
+            return ax
+        if path.q.shape[2] == 2:
+            for line in self._deformed_grid():
+                ax.plot(*_plane(line), color="0.9", linewidth=0.6, zorder=0)
+        for a in range(path.q.shape[1]):
+            ax.plot(*_plane(path.q[:, a]), color="0.7", linewidth=1)
+        y_down = (self.record.get("frame") or {}).get("y_down", False)
+        _scatter(ax, self.source, y_down, s=16, label="source")
+        _scatter(ax, self.target, y_down, s=40, facecolors="none", edgecolors="tab:red", label="target")
+        _scatter(ax, self.result, y_down, s=9, color="tab:green", label="result")
         ax.legend()
         return ax
 
+    def _deformed_grid(self, lines=17, points=49):
+        """Lines about the source as it was given, where the map takes them."""
+        low, high = np.nanmin(self.original, axis=0), np.nanmax(self.original, axis=0)
+        margin = 0.1 * max(high - low)
+        fine, coarse = np.linspace(0, 1, points), np.linspace(0, 1, lines)
+        unit = [np.column_stack(pair) for s in coarse for pair in ((np.full(points, s), fine), (fine, np.full(points, s)))]
+        there = np.concatenate([low - margin + one * (high - low + 2 * margin) for one in unit])
+        return self.warp_points(there).reshape(len(unit), points, 2)
 
-def _registration_of(text, notes, summary):
-    return Registration(_pulson._read_match(text, "registration"), notes, summary)
+
+def registration_of(text, name, notes=(), summary=None):
+    """Of a record. Where its kernel is written in Python the name may mean another by now: the flow is then another."""
+    match = _pulson._read_match(text, name)
+    if match.own_kernels:
+        ends = match.shoot().end
+        size = np.ptp(match.source, axis=0).max()
+        if not np.allclose(ends, match.result, rtol=0, atol=1e-9 * size):
+            raise ValueError(f"{name}: the name in kernel {match.kernel!r} means another kernel than when it was made")
+    return Registration(match, notes, summary)
 
 
 class Cohort(Result):
@@ -273,6 +314,9 @@ class Cohort(Result):
         self.registrations = registrations
 
     def __getitem__(self, name):
+        """By the name of a shape, or by its place."""
+        if isinstance(name, (int, np.integer)):
+            return list(self.registrations.values())[name]
         return self.registrations[name]
 
     def __len__(self):
@@ -280,6 +324,21 @@ class Cohort(Result):
 
     def __iter__(self):
         return iter(self.registrations)
+
+    def keys(self):
+        return self.registrations.keys()
+
+    def values(self):
+        return self.registrations.values()
+
+    def items(self):
+        return self.registrations.items()
+
+    def _headline(self):
+        matches = list(self.registrations.values())
+        facts = [("shapes", len(matches)), ("matched", sum(match.matched for match in matches)),
+                 ("mean rms", float(np.mean([match.rms for match in matches])) if matches else np.nan)]
+        return facts + [(key, self.record[key]) for key in ("failed", "unconverged") if self.record.get(key)]
 
     def plot(self, ax=None):
         """The source, and where the flows take it, each alignment undone."""
@@ -296,6 +355,11 @@ class Cohort(Result):
 
 class Simulation(Result):
     """Sample paths: q and p, (samples, steps + 1, N, d), nan where a path ended early."""
+
+    def _headline(self):
+        samples, times, landmarks, dimension = self.q.shape
+        return [("paths", samples), ("steps", times - 1), ("landmarks", f"{landmarks} in {dimension}D"),
+                ("noise", self.record.get("noise"))]
 
     def plot(self, ax=None):
         ax = _axes(ax)
@@ -337,20 +401,32 @@ class Ensemble(Result):
 
 
 class Comparison(Result):
-    """Noise models ranked by evidence: models, best."""
+    """Noise models ranked by their score, the log evidence less what fitted numbers cost: models, best, verdict."""
+
+    def _headline(self):
+        return [("best", self.record["best"]), ("models", len(self.record["models"])),
+                ("verdict", (self.record.get("verdict") or {}).get("text"))]
 
     def plot(self, ax=None):
+        """Scores relative to the best, with the standard error of the difference."""
         ax = _axes(ax)
-        models = self.record["models"]
-        evidence = np.array([model["log_evidence"] for model in models], dtype=float)
-        ax.barh([_fact(model["noise"]) for model in models], evidence - np.nanmax(evidence))
+        models = sorted(self.record["models"], key=lambda model: -(model["score"] or -np.inf))
+        differences = [model["difference"] or {} for model in models]
+        values = np.array([one.get("value") for one in differences], dtype=float)
+        errors = np.array([one.get("standard_error") for one in differences], dtype=float)
+        ax.errorbar(values, np.arange(len(models)), xerr=np.nan_to_num(errors), fmt="o")
+        ax.set_yticks(np.arange(len(models)), [_fact(model["asked"]) for model in models])
+        ax.axvline(0, color="0.8", linewidth=0.8, zorder=0)
+        ax.margins(y=0.2)
         ax.invert_yaxis()
-        ax.set_xlabel("log evidence relative to the best model (nats)")
+        ax.set_xlabel("score relative to the best model (nats)")
         return ax
 
 
 class Atlas(Result):
-    """A template and the momenta of all shapes: template, momenta (S, N, d), modes, scores."""
+    """A template and the momenta of all shapes: template, momenta (S, N, d), modes, scores (S, modes)."""
+
+    scores = property(lambda self: self.modes["scores"], doc="of the shapes on the modes, (S, modes)")
 
     def _headline(self):
         return [("specimens", len(self.record.get("specimens", []))), ("kernel", self.record.get("kernel"))]

@@ -17,7 +17,7 @@ struct SigmaProfile {
                            ///< fits do not distinguish
   Eigen::MatrixXd scores;  ///< [σ][model], nats; NaN where a model has no evidence there
   std::vector<Eigen::MatrixXd> shapes{};  ///< of each σ, [shape][model]: the evidence of which the scores are sums
-  double seconds = 0;      ///< that it took
+  double seconds = 0;                     ///< that it took
 
   /// Models that the shapes do not distinguish at a σ: those whose score is at most 3, or two standard errors of the
   /// difference there, below the greatest.
@@ -32,8 +32,8 @@ struct SigmaProfile {
 };
 
 /// At 5 values of σ a factor of √2 apart where σ is given, else at up to 9, from that of each fit outwards, and between
-/// two at which the verdict differs, down to 5 % apart. At each, matches and numbers in turn, by the models linear about
-/// the matches; the evidence is Laplace's, shifted to the score of the fit.
+/// two at which the verdict differs, down to 5 % apart. At each, matches and numbers in turn, by the models linear
+/// about the matches; the evidence is Laplace's, shifted to the score of the fit.
 /// @param noises as compared
 SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<NoiseChoice>& noises);
 

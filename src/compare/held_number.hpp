@@ -1,0 +1,46 @@
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include "cohort_model.hpp"
+
+namespace pulson::compare {
+
+/// The evidence of a cohort, Laplace's, maximised over all numbers but one, as a function of that one: at each place
+/// matches and numbers in turn, by the models linear about the matches, from the neighbours on either side. What is
+/// better at a place is tried at its neighbours, too, as the evidence may have several maxima.
+class HeldNumber {
+ public:
+  /// @param cohort is kept @param held of cohort.open() @param about matches at x, where the walk begins
+  HeldNumber(const CohortModel& cohort, Eigen::Index held, Matches about);
+
+  struct Place {
+    Matches matches;
+    Eigen::VectorXd shapes;  ///< their evidence
+  };
+
+  /// Where the walk began, which is not settled where x was no maximum.
+  double start() const { return start_; }
+  /// Finds the maximum at a place. Nothing where some shape has no path there.
+  void visit(double place);
+  /// The same at several, in order outwards from the start.
+  void visit_all(const Eigen::VectorXd& rising);
+  /// Null where nothing was found.
+  const Place* at_place(double place) const;
+
+ private:
+  using Known = std::map<double, Place>;
+
+  Known::iterator keep(double place, Matches matches);
+  std::optional<Matches> from(double place, const Matches& near) const;
+  bool improve(Known::iterator place, const Matches& near);
+  Matches settled(double place, Matches best) const;
+
+  const CohortModel& cohort_;
+  Eigen::Index held_;
+  double start_;
+  Known known_;
+};
+
+}  // namespace pulson::compare

@@ -324,7 +324,7 @@ std::string note_of_scales(const std::vector<Landmarks>& shapes) {
   for (const Landmarks& shape : shapes) scales += shape.scale ? 1 : 0;
   if (scales == 0) return {};
   return fmt::format(
-      "SCALE is recorded ({} of {}) and not applied to the coordinates; `applies_scale` multiplies by it", scales,
+      "SCALE ({} of {}) is kept and not applied: coordinates are in pixels; `applies_scale` multiplies them by it", scales,
       text::counted(shapes.size(), "shape"));
 }
 

@@ -6,6 +6,8 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <set>
 #include <thread>
 
 #include <fmt/format.h>
@@ -208,6 +210,75 @@ TEST_F(ViewProgram, OpenedShapesComeBackAsTheyWere) {
     EXPECT_LT((after.shapes[i].points - before.shapes[i].points).cwiseAbs().maxCoeff(), 1e-9);
     EXPECT_EQ(after.shapes[i].scale, before.shapes[i].scale);
     EXPECT_EQ(after.shapes[i].name, before.shapes[i].name);
+  }
+}
+
+// What is exported after the session alone was opened again, without the landmark file, is what was before: in every
+// format that is written, for files that say their picture, frame and scale themselves and for those that do not.
+TEST_F(ViewProgram, ASessionThatIsOpenedAgainExportsTheSame) {
+  write("plain.csv", "x,y\n10,20.1\n50,60\n90,30\n");
+  write("alone.tps", "LM=3\n10 20\n50 60\n90 30\nIMAGE=elsewhere.jpg\nID=one\nCOMMENT=old\nSCALE=0.01\n");
+  std::filesystem::copy("leaves.tps", "pair.tps");
+  std::filesystem::copy("alone.tps", "named.tps");
+  const std::vector<std::vector<std::string>> sessions = {{"leaves.tps"},
+                                                          {"plain.csv", "leaf_1.png", "--flip-y"},
+                                                          {"named.tps", "leaf_2.png"},
+                                                          {"alone.tps"},
+                                                          {"pair.tps", "--scale", "apply"}};
+  std::set<std::string> written;
+  const auto exported = [&](Server& server, const std::string& stem) {
+    std::map<std::string, std::string> files;
+    for (const formats::LandmarkFormat& format : formats::landmark_formats())
+      if (format.write != nullptr) {
+        const std::string name = stem + "." + format.extensions[0];
+        const auto [status, reply] = server.post("export", {{"name", name}});
+        files[format.name] = status == 200 ? contents(name) : reply["error"].get<std::string>();
+        if (status == 200) written.insert(format.name);
+        std::filesystem::remove(name);
+      }
+    return files;
+  };
+  for (const std::vector<std::string>& session : sessions) {
+    const std::string stem = std::filesystem::path(session[0]).stem().string();
+    std::map<std::string, std::string> before;
+    {
+      Server server(session);
+      json document = server.document();
+      document["specimens"][0]["points"][0] = json::array({5, 7});
+      EXPECT_EQ(server.save(document), 200);
+      before = exported(server, "out");
+    }
+    std::filesystem::remove(session[0]);
+    Server again({stem + ".pulson.json"});
+    EXPECT_EQ(exported(again, "out"), before) << stem;
+  }
+  // Those that hold one shape are written of one, bigwarp of none of these.
+  EXPECT_THAT(written, testing::ElementsAre("csv", "elastix", "fcsv", "ibug", "json", "mrk.json", "npy", "tps", "vtk"));
+}
+
+TEST_F(ViewProgram, LandmarksThatWereNotMovedAreExportedAsTheirFileHasThem) {
+  Server server({"leaves.tps"});
+  EXPECT_EQ(server.post("export", {{"name", "copy.tps"}}).first, 200);
+  const auto before = formats::read_landmark_file("leaves.tps").shapes,
+             after = formats::read_landmark_file("copy.tps").shapes;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_EQ(after[i].points, before[i].points);
+    EXPECT_EQ(after[i].frame.y_down, before[i].frame.y_down);
+    EXPECT_EQ(after[i].frame.unit_per_pixel, before[i].frame.unit_per_pixel) << "also without a picture";
+  }
+}
+
+TEST_F(ViewProgram, FilesAreAddedToASessionOnce) {
+  write("more.csv", "x,y\n10,20\n50,60\n");
+  const std::vector<std::size_t> specimens = {8, 9, 9};
+  const std::vector<std::vector<std::string>> lines = {
+      {"leaves.tps"}, {"leaves.tps", "more.csv"}, {"leaves.tps", "more.csv", "leaf_1.png"}};
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    Server server(lines[i]);
+    const json document = server.document();
+    EXPECT_EQ(document["specimens"].size(), specimens[i]);
+    EXPECT_FALSE(document.contains("shapes")) << "the page has no use for them";
+    EXPECT_EQ(server.save(document), 200);
   }
 }
 

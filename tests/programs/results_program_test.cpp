@@ -87,7 +87,9 @@ TEST_P(Results, HaveNarrowLayoutsOnTheirPage) {
     return found;
   };
   EXPECT_EQ(count("<picture><source media"), count("<div class=\"still"));
-  if (GetParam().name != std::string("cohort")) EXPECT_GT(count("<picture><source media"), 0U);
+  if (GetParam().name != std::string("cohort")) {
+    EXPECT_GT(count("<picture><source media"), 0U);
+  }
 }
 
 // A copy of the record that cannot be written is an error, and not the end of the results.

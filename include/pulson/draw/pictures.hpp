@@ -105,8 +105,9 @@ enum class OutlineKind { kNone, kOpen, kClosed };
 /// With g the gaps |x_{i+1} − x_i|, m their median and n the median over all points of the distance to the nearest
 /// other point: a curve has at least 12 points, max g ≤ 3m (it never jumps) and m ≤ 2n (neighbours in order are
 /// neighbours in space, which scattered points are not), turns by more than 60° at no more than a sixth of its points,
-/// and does not cross itself in the plane; it is closed if also |x_1 − x_N| ≤ 3m. Points on a line, d = 1, are not a
-/// curve. points: d×N. O(N²).
+/// does not cross itself in the plane, and is not two rings, one after the other (both parts beside the largest gap
+/// close by themselves); it is closed if also |x_1 − x_N| ≤ 3m. Points on a line, d = 1, are not a curve. points: d×N.
+/// O(N²).
 OutlineKind outline_kind(const Points& points);
 
 /// Draws a registration: source, target, result, the paths of the landmarks and the deformed grid, as a PNG about 1600

@@ -76,8 +76,9 @@ draw::Canvas compose(const compare::Comparison& comparison, const NoisePanels& p
   const draw::Titles titles{"Where the noise moves the landmarks",
                             fmt::format("root mean square displacement by the noise over {}, as the radius of a disc",
                                         counted(comparison.cohort.targets.size(), "shape"))};
-  draw::Plan plan = arrange(narrow ? draw::Titles() : titles, std::vector<draw::View>(panels.models.size(), panels.view),
-                            narrow ? draw::narrow_arrangement() : draw::Arrangement{.tallest = kTallestMap});
+  draw::Plan plan =
+      arrange(narrow ? draw::Titles() : titles, std::vector<draw::View>(panels.models.size(), panels.view),
+              narrow ? draw::narrow_arrangement() : draw::Arrangement{.tallest = kTallestMap});
   const draw::Figure figure = draw::plan_figure(source, scale_of(plan.views.front()));
   for (std::size_t m = 0; m < panels.models.size(); ++m) {
     const draw::View& panel = plan.views[m];
@@ -88,8 +89,8 @@ draw::Canvas compose(const compare::Comparison& comparison, const NoisePanels& p
     const Points pixels = panel.pixels(source.points);
     std::vector<Points> discs;
     for (Eigen::Index a = 0; a < pixels.cols(); ++a)
-      discs.push_back(circle(pixels(0, a), pixels(1, a),
-                             std::max(panels.factor * displacement[a] * scale_of(panel), 0.1)));
+      discs.push_back(
+          circle(pixels(0, a), pixels(1, a), std::max(panels.factor * displacement[a] * scale_of(panel), 0.1)));
     plan.canvas.areas(discs, draw::faded(draw::colour::kMomentum, kTransparency));
     for (const bool dense : {true, false}) plan.canvas.lines(trace(figure, dense, pixels), kDiscOutline);
     plan.canvas.dots(pixels, kMark, draw::colour::kResult);

@@ -124,9 +124,8 @@ html::HtmlReport RunResults::with_narrow_layouts(html::HtmlReport report) const 
 
 void RunResults::add_page(const std::function<html::HtmlReport()>& make) {
   if (makes_numbers_only()) return;
-  if (try_to("the page report.html was", [&] {
-        write_file_atomically(output_.file(kPage), html_report(with_narrow_layouts(make())));
-      }))
+  if (try_to("the page report.html was",
+             [&] { write_file_atomically(output_.file(kPage), html_report(with_narrow_layouts(make()))); }))
     written_.emplace_back(kPage);
   else
     forget(kPage);

@@ -154,8 +154,8 @@ Reply PageRequests::save(const std::string& body) {
   }
   try {
     if (document_.replace(std::move(next), base) == view::SavedDocument::Outcome::kConflict)
-      return json_reply(
-          {{"error", "another window changed this session"}, {"document", page_document(document_)}}, 409);
+      return json_reply({{"error", "another window changed this session"}, {"document", page_document(document_)}},
+                        409);
   } catch (const InputError& error) {
     return view::error_reply(507, error.what());
   }
@@ -234,8 +234,7 @@ Reply PageRequests::match(const std::string& body) {
 Reply PageRequests::write_export(const std::string& body) {
   const PostedJson json = object_of(body);
   if (!json.contains("name") || !json["name"].is_string()) throw InputError("'name' is no text");
-  const ExportResult result =
-      export_landmarks(document_, json["name"].get<std::string>(), arguments_.in_place);
+  const ExportResult result = export_landmarks(document_, json["name"].get<std::string>(), arguments_.in_place);
   return json_reply({{"file", result.file},
                      {"kept", result.kept},
                      {"losses", in_option_words(result.losses)},

@@ -138,7 +138,8 @@ void write_warp_report(const images::Image& image, const images::WarpedImage& re
   if (!arguments.inverse || warp.flow().is_diffeomorphic()) {
     const std::vector<float> jacobians =
         jacobians_on_image(image, warp, {.inverse = arguments.inverse, .tolerance = arguments.tolerance});
-    html::EncodedPicture drawn{html::MediaType::kPng, drawings.png_of(drawings.jacobian(image, warp, jacobians), narrow)};
+    html::EncodedPicture drawn{html::MediaType::kPng,
+                               drawings.png_of(drawings.jacobian(image, warp, jacobians), narrow)};
     report.sections.push_back(
         {"Jacobian",
          {html::ReportPicture{std::move(drawn), "Above 1 areas grow, below 1 they shrink, below 0 they are flipped.",

@@ -144,7 +144,9 @@ double room_above(const FrameRow& row) {
   return (any_in(row, &ChartPanel::heading) ? draw::kHeading : kNoHeading) + y_label_room(row);
 }
 
-double room_below(const FrameRow& row) { return draw::kTicRoom + (any_in(row, &ChartPanel::x_label) ? kXLabelRoom : 0); }
+double room_below(const FrameRow& row) {
+  return draw::kTicRoom + (any_in(row, &ChartPanel::x_label) ? kXLabelRoom : 0);
+}
 
 double reference_room(const ChartPanel& panel) {
   double room = 0;

@@ -69,8 +69,7 @@ Canvas compose(const EnsemblePicture& picture, bool narrow) {
   const std::vector<Interval> ranges = data_ranges(picture);
   const bool in_plane = picture.start.dimension() == 2;
   const Titles titles = narrow ? Titles() : Titles{picture.title, picture.subtitle};
-  const Arrangement arrangement =
-      narrow ? narrow_arrangement() : Arrangement{.tallest = 900, .all_numbered = true};
+  const Arrangement arrangement = narrow ? narrow_arrangement() : Arrangement{.tallest = 900, .all_numbered = true};
   const View view_in_plane{.box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.start.frame.y_down};
   Plan plan = in_plane ? arrange(titles, {view_in_plane}, arrangement) : arrange_space(titles, ranges, arrangement);
   Canvas& canvas = plan.canvas;

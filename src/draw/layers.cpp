@@ -21,10 +21,10 @@ constexpr Eigen::Index kFewestPoints = 12;
 constexpr double kLargestGap = 3;   // in median gaps
 constexpr double kLargestStep = 2;  // median gap in median distances to the nearest point
 constexpr Eigen::Index kFewestOfRing = 6;
-constexpr double kRingGap = 2;      // in median gaps: between the ends of a ring
-constexpr double kSharpTurn = 60;   // degrees
-constexpr double kMostSharp = 6;    // of so many turns, one may be sharp
-constexpr double kDenseGap = 7;     // pixels between neighbours, below which marks would run into one another
+constexpr double kRingGap = 2;     // in median gaps: between the ends of a ring
+constexpr double kSharpTurn = 60;  // degrees
+constexpr double kMostSharp = 6;   // of so many turns, one may be sharp
+constexpr double kDenseGap = 7;    // pixels between neighbours, below which marks would run into one another
 
 std::vector<double> gaps_of(const Points& points) {
   std::vector<double> gaps(static_cast<std::size_t>(points.cols() - 1));

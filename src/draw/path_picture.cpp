@@ -169,8 +169,8 @@ std::vector<LegendEntry> legend_of(const PathPicture& picture, const Ends& ends,
   return legend;
 }
 
-/// The views of the positions, and the momenta of few landmarks in a strip below these, or in one strip for each component
-/// where the views are as narrow as a phone.
+/// The views of the positions, and the momenta of few landmarks in a strip below these, or in one strip for each
+/// component where the views are as narrow as a phone.
 Plan arrange_above_momenta(const PathPicture& picture, Arrangement arrangement,
                            const std::function<Plan(const Arrangement&)>& arranged) {
   if (!has_few_landmarks(picture)) return arranged(arrangement);

@@ -165,7 +165,8 @@ Canvas compose_line(const RegistrationPicture& picture, bool narrow) {
   const double start = picture.times.front(), end = picture.times.back();
   const Interval t = Interval{start, end}.with_span((1 + 2 * kMargin) * (end - start));
   const double left = kEdge + left_number_width(x, panel_height);
-  const double height = kHeading + panel_height + kTicRoom + kLegendRoom + (has_map ? map_height + kHeading + kTicRoom : 0);
+  const double height =
+      kHeading + panel_height + kTicRoom + kLegendRoom + (has_map ? map_height + kHeading + kTicRoom : 0);
   Canvas canvas = titled_canvas(narrow ? Titles() : titles_of(picture), left, width, height);
   const View view{{left, kTicRoom + kLegendRoom, width - kEdge - left, panel_height}, t, x};
   const Figures figures = plan_figures(picture, panel_height / x.span());
@@ -248,7 +249,9 @@ void write_registration_picture(const RegistrationPicture& picture, const Pictur
   check(picture);
   const int d = picture.source.dimension();
   write_layouts(files, [&](bool narrow) {
-    return d == 1 ? compose_line(picture, narrow) : d == 2 ? compose_plane(picture, narrow) : compose_space(picture, narrow);
+    return d == 1   ? compose_line(picture, narrow)
+           : d == 2 ? compose_plane(picture, narrow)
+                    : compose_space(picture, narrow);
   });
 }
 

@@ -54,8 +54,8 @@ Canvas compose(const ScorePlot& plot, bool narrow) {
   const double width = narrow ? kNarrowWidth : kLeastWidth, left = narrow ? kNarrowLeft : kLeft;
   const double panel_width = narrow ? width - left - kEdge : kPanelWidth;
   const double tallest = std::min(kTallestPlot, 1.2 * panel_width);
-  double height = plot.same_scale ? std::clamp(panel_width * y.span() / x.span(), kLeastHeight, tallest)
-                                  : std::min(620.0, tallest);
+  double height =
+      plot.same_scale ? std::clamp(panel_width * y.span() / x.span(), kLeastHeight, tallest) : std::min(620.0, tallest);
   if (plot.same_scale) {
     const double scale = std::min(panel_width / x.span(), height / y.span());
     x = x.with_span(panel_width / scale);
@@ -63,8 +63,8 @@ Canvas compose(const ScorePlot& plot, bool narrow) {
   }
   const bool grouped = plot.groups.size() > 1 || !plot.groups.front().name.empty();
   const double below = (grouped ? kLegendRoom : kEdge) + kTicRoom + 30;
-  Canvas canvas = titled_canvas(narrow ? Titles() : Titles{plot.title, plot.subtitle}, left, width,
-                                kHeading + height + below);
+  Canvas canvas =
+      titled_canvas(narrow ? Titles() : Titles{plot.title, plot.subtitle}, left, width, kHeading + height + below);
   const View view{{left, below, panel_width, height}, x, y};
   draw_frame(canvas, view, plot.y_label, true);
   canvas.text(left + panel_width, view.box.bottom - kTicRoom - 8, plot.x_label, kAxisLabel, colour::kText,

@@ -42,8 +42,7 @@ class DocumentReader {
       if (!item.is_string()) fail("exported", "holds what is no text");
       document.exported.push_back(item.get<std::string>());
     }
-    for (const Json& item : list(json, "shapes", kMostSpecimens))
-      read_shape(item, document);
+    for (const Json& item : list(json, "shapes", kMostSpecimens)) read_shape(item, document);
     return document;
   }
 

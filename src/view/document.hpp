@@ -48,10 +48,10 @@ struct ViewDocument {
   std::int64_t revision = 0;  ///< rises with each change
   std::vector<ViewSpecimen> specimens;
   std::vector<ViewLandmark> landmarks;
-  std::vector<std::pair<int, int>> links;  ///< of the wireframe, landmarks from 0
-  std::array<int, 2> shown{0, 1};          ///< specimens on the left and on the right
-  std::string opened{};                    ///< the landmark file that was opened, from the folder of the document
-  std::vector<std::string> exported{};     ///< names of files that this document was exported to
+  std::vector<std::pair<int, int>> links;       ///< of the wireframe, landmarks from 0
+  std::array<int, 2> shown{0, 1};               ///< specimens on the left and on the right
+  std::string opened{};                         ///< the landmark file that was opened, from the folder of the document
+  std::vector<std::string> exported{};          ///< names of files that this document was exported to
   std::map<std::string, OpenedShape> shapes{};  ///< that were opened, by their addresses
 };
 

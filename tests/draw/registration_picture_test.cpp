@@ -88,8 +88,8 @@ TEST_F(RegistrationPictureTest, StandsOneAboveTheOtherOnNarrowScreens) {
     EXPECT_GE(height, height_of_shape < 1 ? 350 : 1200) << height_of_shape;
     EXPECT_LE(height, height_of_shape < 1 ? 700 : 1800) << height_of_shape;
   }
-  // On a line of many landmarks the map in two panels below the paths over time, in space three planes and the view from
-  // the side: each at least 300 pixels high.
+  // On a line of many landmarks the map in two panels below the paths over time, in space three planes and the view
+  // from the side: each at least 300 pixels high.
   for (const auto& [d, n, panel_count] : {std::tuple(1, 8, 1), std::tuple(1, 20, 3), std::tuple(3, 8, 4)}) {
     const auto [width, height] = size_of_png(narrow_layout(example(d, n, loop(d, n, 3))));
     EXPECT_EQ(width, 600);

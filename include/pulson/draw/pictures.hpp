@@ -19,8 +19,8 @@ struct PictureFiles {
   std::optional<double>
       width{};      ///< mm, greater than 0; none: 25.4/96 mm for each unit of the layout, 1200 to 1600 of them
   double dpi = 96;  ///< pixels of the png per inch, greater than 0
-  /// Gets the bytes of a png for screens as narrow as a phone's, in a layout of its own: 600 pixels wide, the panels one
-  /// above the other, without titles. None: it is not drawn.
+  /// Gets the bytes of a png for screens as narrow as a phone's, in a layout of its own: 600 pixels wide, the panels
+  /// one above the other, without titles. None: it is not drawn.
   std::string* narrow = nullptr;
 };
 

@@ -107,8 +107,9 @@ void add_accused(html::HtmlReport& report, const std::vector<Landmarks>& shapes,
       section.blocks.emplace_back(html::ReportParagraph{sentence_of(*finding, shape)});
     if (const auto picture = picture_of(shape, reference, findings))
       section.blocks.emplace_back(
-          html::ReportPicture{html::EncodedPicture{html::MediaType::kSvg, correction_svg(*picture)},
-                              fmt::format("{} ({})", shape.name, shape.source)});
+          html::ReportPicture{.picture = html::EncodedPicture{html::MediaType::kSvg, correction_svg(*picture)},
+                              .caption = fmt::format("{} ({})", shape.name, shape.source),
+                              .narrow = html::EncodedPicture{html::MediaType::kSvg, correction_svg(*picture, true)}});
     report.sections.push_back(std::move(section));
   }
   if (drawn < accused.size())

@@ -43,6 +43,65 @@ Points circle(double x, double y, double radius) {
   return corners;
 }
 
+// What all panels show.
+struct NoisePanels {
+  std::vector<const compare::ComparedModel*> models;
+  draw::View view;
+  double factor;  // of displacements
+  std::string length;
+};
+
+NoisePanels panels_of(const compare::Comparison& comparison) {
+  const Points& source = comparison.cohort.source.points;
+  NoisePanels panels{.models = moved_models(comparison), .view = {}, .factor = 1, .length = "true to scale"};
+  double largest = 0;
+  for (const compare::ComparedModel* model : panels.models)
+    largest = std::max(largest, model->noise_displacement.maxCoeff());
+  panels.factor = draw::round_factor(kLargestDisc * diameter(source) / largest);
+  if (panels.factor != 1) panels.length = fmt::format("magnified {:g} times", panels.factor);
+  draw::View& view = panels.view;
+  view.x = draw::range_of({&source}, 0);
+  view.y = draw::range_of({&source}, 1);
+  view.y_down = comparison.cohort.source.frame.y_down;
+  for (draw::Interval* range : {&view.x, &view.y})
+    *range = range->with_span(range->span() + 2.4 * panels.factor * largest);
+  const std::vector<draw::Interval> ranges = draw::with_margins({view.x, view.y}, 0.2);
+  view.x = ranges[0];
+  view.y = ranges[1];
+  return panels;
+}
+
+draw::Canvas compose(const compare::Comparison& comparison, const NoisePanels& panels, bool narrow) {
+  const Landmarks& source = comparison.cohort.source;
+  const draw::Titles titles{"Where the noise moves the landmarks",
+                            fmt::format("root mean square displacement by the noise over {}, as the radius of a disc",
+                                        counted(comparison.cohort.targets.size(), "shape"))};
+  draw::Plan plan =
+      arrange(narrow ? draw::Titles() : titles, std::vector<draw::View>(panels.models.size(), panels.view),
+              narrow ? draw::narrow_arrangement() : draw::Arrangement{.tallest = kTallestMap});
+  const draw::Figure figure = draw::plan_figure(source, scale_of(plan.views.front()));
+  for (std::size_t m = 0; m < panels.models.size(); ++m) {
+    const draw::View& panel = plan.views[m];
+    const Eigen::VectorXd& displacement = panels.models[m]->noise_displacement;
+    draw_frame(plan.canvas, panel,
+               fmt::format("{}, at most {:.3g}", shortened_spec(panels.models[m]->noise), displacement.maxCoeff()),
+               m == 0 || narrow);
+    const Points pixels = panel.pixels(source.points);
+    std::vector<Points> discs;
+    for (Eigen::Index a = 0; a < pixels.cols(); ++a)
+      discs.push_back(
+          circle(pixels(0, a), pixels(1, a), std::max(panels.factor * displacement[a] * scale_of(panel), 0.1)));
+    plan.canvas.areas(discs, draw::faded(draw::colour::kMomentum, kTransparency));
+    for (const bool dense : {true, false}) plan.canvas.lines(trace(figure, dense, pixels), kDiscOutline);
+    plan.canvas.dots(pixels, kMark, draw::colour::kResult);
+    draw_names(plan.canvas, pixels, figure, source);
+  }
+  draw_legend(plan.canvas, {draw::dot_entry("landmark of the source", {draw::colour::kResult}),
+                            draw::dot_entry("displacement by the noise, " + panels.length,
+                                            {draw::faded(draw::colour::kMomentum, kTransparency)})});
+  return std::move(plan.canvas);
+}
+
 }  // namespace
 
 bool has_noise_map(const compare::Comparison& comparison) {
@@ -50,44 +109,8 @@ bool has_noise_map(const compare::Comparison& comparison) {
 }
 
 void write_noise_map(const compare::Comparison& comparison, const draw::PictureFiles& files) {
-  const Landmarks& source = comparison.cohort.source;
-  const std::vector<const compare::ComparedModel*> models = moved_models(comparison);
-  double largest = 0;
-  for (const compare::ComparedModel* model : models) largest = std::max(largest, model->noise_displacement.maxCoeff());
-  const double factor = draw::round_factor(kLargestDisc * diameter(source.points) / largest);
-  const std::vector<const Points*> sets{&source.points};
-  draw::View view{.box = {}, .x = draw::range_of(sets, 0), .y = draw::range_of(sets, 1), .y_down = source.frame.y_down};
-  for (draw::Interval* range : {&view.x, &view.y}) *range = range->with_span(range->span() + 2.4 * factor * largest);
-  const std::vector<draw::Interval> ranges = draw::with_margins({view.x, view.y}, 0.2);
-  view.x = ranges[0];
-  view.y = ranges[1];
-  draw::Plan plan =
-      arrange({"Where the noise moves the landmarks",
-               fmt::format("root mean square displacement by the noise over {}, as the radius of a disc, {}",
-                           counted(comparison.cohort.targets.size(), "shape"),
-                           factor == 1 ? "true to scale" : fmt::format("magnified {:g} times", factor))},
-              std::vector<draw::View>(models.size(), view), {.tallest = kTallestMap});
-  const draw::Figure figure = draw::plan_figure(source, scale_of(plan.views.front()));
-  for (std::size_t m = 0; m < models.size(); ++m) {
-    const draw::View& panel = plan.views[m];
-    draw_frame(
-        plan.canvas, panel,
-        fmt::format("{}, at most {:.3g}", shortened_spec(models[m]->noise), models[m]->noise_displacement.maxCoeff()),
-        m == 0);
-    const Points pixels = panel.pixels(source.points);
-    std::vector<Points> discs;
-    for (Eigen::Index a = 0; a < pixels.cols(); ++a)
-      discs.push_back(circle(pixels(0, a), pixels(1, a),
-                             std::max(factor * models[m]->noise_displacement[a] * scale_of(panel), 0.1)));
-    plan.canvas.areas(discs, draw::faded(draw::colour::kMomentum, kTransparency));
-    for (const bool dense : {true, false}) plan.canvas.lines(trace(figure, dense, pixels), kDiscOutline);
-    plan.canvas.dots(pixels, kMark, draw::colour::kResult);
-    draw_names(plan.canvas, pixels, figure, source);
-  }
-  draw_legend(plan.canvas,
-              {draw::dot_entry("landmark of the source", {draw::colour::kResult}),
-               draw::dot_entry("displacement by the noise", {draw::faded(draw::colour::kMomentum, kTransparency)})});
-  plan.canvas.write(files);
+  const NoisePanels panels = panels_of(comparison);
+  write_layouts(files, [&](bool narrow) { return compose(comparison, panels, narrow); });
 }
 
 }  // namespace pulson

@@ -112,7 +112,7 @@ void add_band(const compare::Comparison& comparison, charts::Series& series) {
 }
 
 charts::ChartPanel spectrum(const compare::Comparison& comparison) {
-  charts::ChartPanel panel{.heading = "Variance along the kernel's eigenvectors (band: 90 % of such cohorts)",
+  charts::ChartPanel panel{.heading = "Variance along eigenvectors (band: 90 % of cohorts)",
                            .x_label = "eigenvector, low to high frequency",
                            .counts_x = true,
                            .log_y = true};

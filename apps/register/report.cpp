@@ -192,11 +192,7 @@ html::HtmlReport registration_report(const matching::Registration& registration,
     add_surface(below.still, registration, path, *motion);
     report.sections.push_back({"Motion", {std::move(*motion)}});
   }
-  std::optional<html::EncodedPicture> narrow;
-  if (std::string png = picture.empty() ? "" : narrow_registration_png(below.still); !png.empty())
-    narrow = {html::MediaType::kPng, std::move(png)};
-  add_still(report, "The registration", picture, below.image.has_value() || !below.still.triangles.empty(),
-            std::move(narrow));
+  add_still(report, "The registration", picture, below.image.has_value() || !below.still.triangles.empty());
   report.sections.push_back({"Numbers", {numbers_table(registration, facts), model_table(registration)}});
   report.sections.push_back({"Landmarks", {residual_table(registration, facts)}});
   return report;

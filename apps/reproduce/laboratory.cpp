@@ -141,8 +141,10 @@ void Laboratory::add_chart(html::ReportSection& section, const std::string& name
   if (!options_.pictures) return;
   const std::filesystem::path svg = options_.out / (name + ".svg");
   try {
-    write_chart(chart, {options_.out / (name + ".png"), svg});
-    section.blocks.emplace_back(html::ReportPicture{svg, caption});
+    std::string narrow;
+    write_chart(chart, {.png = options_.out / (name + ".png"), .svg = svg, .narrow = &narrow});
+    section.blocks.emplace_back(html::ReportPicture{
+        .picture = svg, .caption = caption, .narrow = html::EncodedPicture{html::MediaType::kPng, std::move(narrow)}});
     note_missing_font();
   } catch (const Error& error) {
     print_warning(fmt::format("the picture {} was not made: {}; its numbers are in '{}'", name, error.what(),

@@ -103,13 +103,12 @@ html::HtmlReport new_report(std::string title, std::string lead, const std::vect
 }
 
 void add_still(html::HtmlReport& report, const std::string& heading, const std::filesystem::path& picture,
-               bool has_photograph, std::optional<html::EncodedPicture> narrow) {
+               bool has_photograph) {
   if (picture.empty()) return;
   report.sections.push_back({heading,
                              {html::ReportPicture{.picture = picture,
                                                   .caption = fmt::format("Saved as {}.", picture.filename().string()),
-                                                  .has_photograph = has_photograph,
-                                                  .narrow = std::move(narrow)}}});
+                                                  .has_photograph = has_photograph}}});
 }
 
 std::vector<int> shown_frames(int last, std::int64_t numbers) {

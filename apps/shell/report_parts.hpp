@@ -56,7 +56,7 @@ html::HtmlReport new_report(std::string title, std::string lead, const std::vect
 
 /// The picture as a section, unless its name is empty.
 void add_still(html::HtmlReport& report, const std::string& heading, const std::filesystem::path& picture,
-               bool has_photograph = false, std::optional<html::EncodedPicture> narrow = {});
+               bool has_photograph = false);
 
 /// Which of the places 0 to `last` of a path a motion shows: the first and the last and, evenly, no more than 41 in
 /// all; fewer, but at least five, where the motion has many numbers for each.

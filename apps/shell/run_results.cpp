@@ -1,6 +1,7 @@
 #include "run_results.hpp"
 
 #include <utility>
+#include <variant>
 
 #include <fmt/format.h>
 
@@ -87,7 +88,9 @@ void RunResults::forget(const std::string& name) const {
 
 fs::path RunResults::draw(const std::string& stem, const std::function<void(const draw::PictureFiles&)>& how) {
   if (output_.no_picture || makes_numbers_only()) return {};
-  const draw::PictureFiles files = output_.picture_files(output_.file(stem));
+  draw::PictureFiles files = output_.picture_files(output_.file(stem));
+  std::string narrow;
+  files.narrow = &narrow;
   std::vector<std::string> names;
   for (const fs::path& file : {files.png, files.svg, files.pdf})
     if (!file.empty()) names.push_back(file.filename().string());
@@ -98,16 +101,31 @@ fs::path RunResults::draw(const std::string& stem, const std::function<void(cons
   written_.insert(written_.end(), names.begin(), names.end());
   drawn_.insert(stem);
   note_missing_font();
-  return shown(stem);
+  fs::path file = shown(stem);
+  if (!narrow.empty()) narrow_[file] = std::move(narrow);
+  return file;
 }
 
 fs::path RunResults::shown(const std::string& stem) const {
   return drawn_.contains(stem) ? output_.shown_picture(output_.file(stem)) : fs::path();
 }
 
+html::HtmlReport RunResults::with_narrow_layouts(html::HtmlReport report) const {
+  for (html::ReportSection& section : report.sections)
+    for (auto& block : section.blocks) {
+      auto* picture = std::get_if<html::ReportPicture>(&block);
+      const auto* file = picture == nullptr ? nullptr : std::get_if<fs::path>(&picture->picture);
+      if (file == nullptr) continue;
+      if (const auto found = narrow_.find(*file); found != narrow_.end())
+        picture->narrow = {html::MediaType::kPng, found->second};
+    }
+  return report;
+}
+
 void RunResults::add_page(const std::function<html::HtmlReport()>& make) {
   if (makes_numbers_only()) return;
-  if (try_to("the page report.html was", [&] { write_file_atomically(output_.file(kPage), html_report(make())); }))
+  if (try_to("the page report.html was",
+             [&] { write_file_atomically(output_.file(kPage), html_report(with_narrow_layouts(make()))); }))
     written_.emplace_back(kPage);
   else
     forget(kPage);

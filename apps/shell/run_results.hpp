@@ -3,6 +3,7 @@
 #include <exception>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <set>
 #include <string>
 #include <string_view>
@@ -78,7 +79,7 @@ class RunResults {
   /// The file of a picture that was drawn, that a page can show; empty where there is none.
   std::filesystem::path shown(const std::string& stem) const;
 
-  /// Writes report.html. That this fails is a warning.
+  /// Writes report.html, with the narrow layouts of the pictures that were drawn. That this fails is a warning.
   void add_page(const std::function<html::HtmlReport()>& make);
 
   /// @throws InputError if a file of numbers outside the folder could not be written
@@ -91,6 +92,7 @@ class RunResults {
  private:
   // Whether it was done; a warning where not.
   bool try_to(const std::string& names, const std::function<void()>& how);
+  html::HtmlReport with_narrow_layouts(html::HtmlReport report) const;
   // No older file is to be taken for one of this run.
   void forget(const std::string& name) const;
 
@@ -99,6 +101,7 @@ class RunResults {
   RecordFiles files_;
   std::vector<std::string> written_;
   std::set<std::string> drawn_;
+  std::map<std::filesystem::path, std::string> narrow_;  // a png, by the file that a page can show
   std::exception_ptr failure_;
 };
 

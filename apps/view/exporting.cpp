@@ -47,15 +47,13 @@ std::vector<std::string> groups_of_document(const view::ViewDocument& document) 
   return any ? groups : std::vector<std::string>{};
 }
 
-Landmarks shape_of(const view::ViewDocument& document, const view::ViewSpecimen& specimen,
-                   const std::map<std::string, OpenedShape>& opened) {
+Landmarks shape_of(const view::ViewDocument& document, const view::ViewSpecimen& specimen) {
   const Points pixels = positions_of(specimen);
   Landmarks shape;
-  if (const auto found = opened.find(specimen.shape); found != opened.end()) {
-    shape = found->second.shape;
-    shape.frame = found->second.frame;
-    shape.points = found->second.from_page(pixels);
-    shape.numbers.clear();
+  if (!specimen.shape.empty()) {
+    const view::OpenedShape& opened = document.shapes.at(specimen.shape);
+    shape = opened.shape;
+    shape.points = opened.from_page(pixels);
   } else {
     shape.points = pixels;
     shape.frame = {.y_down = true, .height = specimen.height, .width = specimen.width, .says_y = true};
@@ -66,7 +64,6 @@ Landmarks shape_of(const view::ViewDocument& document, const view::ViewSpecimen&
   shape.labels = labels_of(document);
   shape.groups = groups_of_document(document);
   shape.links = document.links;
-  shape.absent.clear();
   for (std::size_t a = 0; a < specimen.landmarks.size(); ++a)
     if (specimen.landmarks[a].placement == Placement::kAbsent) shape.absent.push_back(static_cast<int>(a));
   return shape;
@@ -96,6 +93,17 @@ void drop_unused_landmarks(view::ViewDocument& document) {
     return moved[static_cast<std::size_t>(link.first)] < 0 || moved[static_cast<std::size_t>(link.second)] < 0;
   });
   for (auto& [a, b] : document.links) a = moved[static_cast<std::size_t>(a)], b = moved[static_cast<std::size_t>(b)];
+}
+
+// Files say units and axes once for all of their shapes. @return what is lost where these differ
+std::string set_units(formats::LandmarkFile& file) {
+  const Landmarks& first = file.shapes.front();
+  for (const Landmarks& shape : file.shapes)
+    if (shape.units != first.units || shape.axes != first.axes)
+      return "the shapes are from files of different units of length or axes, which are left out";
+  file.units = first.units;
+  file.axes = first.axes;
+  return {};
 }
 
 bool is_listed(const std::vector<std::string>& names, const std::string& name) {
@@ -142,20 +150,21 @@ std::string export_name(const view::SavedDocument& saved, bool in_place) {
   return formats::file_stem(formats::file_stem(saved.path())) + ".tps";
 }
 
-ExportResult export_landmarks(view::SavedDocument& saved, const std::map<std::string, OpenedShape>& opened,
-                              const std::string& name, bool in_place) {
+ExportResult export_landmarks(view::SavedDocument& saved, const std::string& name, bool in_place) {
   require_plain_name(name);
   view::ViewDocument document = saved.document();
   drop_unused_landmarks(document);
   formats::LandmarkFile file;
   for (const view::ViewSpecimen& specimen : document.specimens)
-    if (has_any(specimen)) file.shapes.push_back(shape_of(document, specimen, opened));
+    if (has_any(specimen)) file.shapes.push_back(shape_of(document, specimen));
   if (file.shapes.empty()) throw InputError("nothing is placed yet; there is nothing to export");
   const fs::path path = saved.folder() / name;
+  const std::string units_lost = set_units(file);
   const formats::LandmarkFormat& format = formats::landmark_format_to_write(path);
   const formats::WrittenLandmarks written = formats::text_of_landmarks(path, file, format);
   ExportResult result{path.lexically_normal().string(), keep_first_state(saved, document, name, in_place),
                       written.losses, file.shapes.size()};
+  if (!units_lost.empty()) result.losses.push_back(units_lost);
   write_file_atomically(path, written.text);
   if (!is_listed(document.exported, name))
     saved.change([&](view::ViewDocument& next) { next.exported.push_back(name); });

@@ -1,10 +1,8 @@
 #pragma once
 
-#include <map>
 #include <string>
 #include <vector>
 
-#include "opened_shapes.hpp"
 #include "view/saved_document.hpp"
 
 namespace pulson {
@@ -20,8 +18,7 @@ struct ExportResult {
 /// extension. Shapes that were opened keep their frames and all else that their file says.
 /// @throws InputError where nothing is placed, the format cannot hold it, or the file is one that this session did not
 /// write
-ExportResult export_landmarks(view::SavedDocument& document, const std::map<std::string, OpenedShape>& opened,
-                              const std::string& name, bool in_place);
+ExportResult export_landmarks(view::SavedDocument& document, const std::string& name, bool in_place);
 
 /// The name that is proposed.
 std::string export_name(const view::SavedDocument& document, bool in_place);

@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <filesystem>
 
-#include "pulson/images/image_warp.hpp"
 #include "warp/placed_picture.hpp"
 
 namespace pulson {
@@ -12,37 +11,6 @@ namespace {
 
 constexpr double kEmptySide = 1000;   // pixels of the longer side of an empty picture
 constexpr double kEmptyMargin = 0.1;  // of it on each side
-
-// Of orientation 1 to 8, as EXIF numbers them: which of the stored axes are reversed, and whether rows are columns.
-struct PageTurn {
-  bool swaps, reverses_x, reverses_y;  // of the displayed axes
-};
-
-PageTurn page_turn(int orientation) {
-  switch (orientation) {
-    case 2:
-      return {false, true, false};
-    case 3:
-      return {false, true, true};
-    case 4:
-      return {false, false, true};
-    case 5:
-      return {true, false, false};
-    case 6:
-      return {true, true, false};
-    case 7:
-      return {true, true, true};
-    case 8:
-      return {true, false, true};
-    default:
-      return {false, false, false};
-  }
-}
-
-void reverse_axes(Points& points, const PageTurn& turn, int width, int height) {
-  if (turn.reverses_x) points.row(0) = (width - 1 - points.row(0).array()).matrix().eval();
-  if (turn.reverses_y) points.row(1) = (height - 1 - points.row(1).array()).matrix().eval();
-}
 
 view::PlacedLandmark as_placed_landmark(const Points& pixels, Eigen::Index a) {
   if (!pixels.col(a).allFinite()) return {};
@@ -69,86 +37,77 @@ std::vector<std::size_t> places_of(const Landmarks& shape, std::vector<view::Vie
   return places;
 }
 
+// Without what the document holds itself.
+view::OpenedShape kept_part(view::OpenedShape opened) {
+  Landmarks& shape = opened.shape;
+  shape.points.resize(2, 0);
+  shape.labels.clear();
+  shape.groups.clear();
+  shape.links.clear();
+  shape.numbers.clear();
+  shape.absent.clear();
+  return opened;
+}
+
 }  // namespace
 
-Points displayed_pixels(const Points& stored, int orientation, int width, int height) {
-  const PageTurn turn = page_turn(orientation);
-  Points points = stored;
-  if (turn.swaps) points.row(0).swap(points.row(1));
-  reverse_axes(points, turn, width, height);
-  return points;
-}
-
-Points stored_pixels(const Points& displayed, int orientation, int width, int height) {
-  const PageTurn turn = page_turn(orientation);
-  Points points = displayed;
-  reverse_axes(points, turn, width, height);
-  if (turn.swaps) points.row(0).swap(points.row(1));
-  return points;
-}
-
-Points OpenedShape::to_page(const Points& coordinates) const {
-  return displayed_pixels(frame.to_pixels(coordinates), orientation, width, height);
-}
-
-Points OpenedShape::from_page(const Points& pixels) const {
-  return frame.to_landmarks(stored_pixels(pixels, orientation, width, height));
-}
-
-OpenedShape shape_on_picture(Landmarks shape, const std::string& picture, Picture pixels,
+PlacedShape shape_on_picture(Landmarks shape, const std::string& picture, Picture pixels,
                              std::vector<std::string>& notes) {
   const PlacedPicture placed = place_picture(std::move(pixels), picture, shape, {});
   for (const auto* texts : {&placed.notes, &placed.warnings}) notes.insert(notes.end(), texts->begin(), texts->end());
-  OpenedShape opened{std::move(shape), placed.frame, placed.picture.orientation()};
-  opened.width = placed.frame.width;
-  opened.height = placed.frame.height;
-  if (opened.orientation > 4) std::swap(opened.width, opened.height);
-  opened.picture = picture;
-  return opened;
+  if (shape.image.empty()) shape.image = std::filesystem::path(picture).filename().string();
+  shape.frame = placed.frame;
+  return {{std::move(shape), placed.frame, placed.picture.orientation()}, picture};
 }
 
-OpenedShape shape_without_picture(Landmarks shape) {
-  OpenedShape opened{std::move(shape), Frame{}};
-  Frame& frame = opened.frame;
-  frame.y_down = opened.shape.frame.y_down;
-  const std::vector<int> missing = incomplete_points(opened.shape.points);
-  opened.width = opened.height = static_cast<int>(kEmptySide);
-  frame.height = opened.height;
-  if (std::ssize(missing) == opened.shape.count()) return opened;
-  const auto [low, high] = bounding_box(opened.shape.points);
-  const Eigen::VectorXd extent = high - low;
-  const double side = extent.maxCoeff() > 0 ? extent.maxCoeff() : 1, unit = side * (1 + 2 * kEmptyMargin) / kEmptySide;
-  opened.width = static_cast<int>(std::ceil((extent[0] + 2 * kEmptyMargin * side) / unit));
-  opened.height = static_cast<int>(std::ceil((extent[1] + 2 * kEmptyMargin * side) / unit));
-  frame.width = opened.width;
-  frame.height = opened.height;
-  frame.unit_per_pixel = {unit, unit};
-  frame.origin = {low[0] - kEmptyMargin * side, low[1] - kEmptyMargin * side};
-  return opened;
+PlacedShape shape_without_picture(Landmarks shape) {
+  Frame frame;
+  frame.y_down = shape.frame.y_down;
+  frame.width = frame.height = static_cast<int>(kEmptySide);
+  if (std::ssize(incomplete_points(shape.points)) < shape.count()) {
+    const auto [low, high] = bounding_box(shape.points);
+    const Eigen::VectorXd extent = high - low;
+    const double side = extent.maxCoeff() > 0 ? extent.maxCoeff() : 1,
+                 unit = side * (1 + 2 * kEmptyMargin) / kEmptySide;
+    frame.width = static_cast<int>(std::ceil((extent[0] + 2 * kEmptyMargin * side) / unit));
+    frame.height = static_cast<int>(std::ceil((extent[1] + 2 * kEmptyMargin * side) / unit));
+    frame.unit_per_pixel = {unit, unit};
+    frame.origin = {low[0] - kEmptyMargin * side, low[1] - kEmptyMargin * side};
+  }
+  return {{std::move(shape), frame}};
 }
 
-void add_shapes(const std::vector<OpenedShape>& shapes, view::ViewDocument& document) {
-  const bool by_name = std::all_of(shapes.begin(), shapes.end(), [](const auto& s) { return !s.shape.labels.empty(); });
+void add_shapes(const std::vector<PlacedShape>& shapes, view::ViewDocument& document) {
+  const bool by_name =
+      std::all_of(shapes.begin(), shapes.end(), [](const auto& s) { return !s.opened.shape.labels.empty(); }) &&
+      std::all_of(document.landmarks.begin(), document.landmarks.end(), [](const auto& l) { return !l.name.empty(); });
   std::vector<std::vector<std::size_t>> places;
   places.reserve(shapes.size());
-  for (const OpenedShape& opened : shapes) places.push_back(places_of(opened.shape, document.landmarks, by_name));
+  for (const PlacedShape& placed : shapes)
+    places.push_back(places_of(placed.opened.shape, document.landmarks, by_name));
+  for (view::ViewSpecimen& known : document.specimens) {
+    known.landmarks.resize(document.landmarks.size());
+    if (!known.second_pass.empty()) known.second_pass.resize(document.landmarks.size());
+  }
   for (std::size_t i = 0; i < shapes.size(); ++i) {
-    const OpenedShape& opened = shapes[i];
-    view::ViewSpecimen specimen{opened.shape.name, opened.picture, opened.width, opened.height};
-    specimen.shape = opened.shape.source;
+    const auto& [opened, picture] = shapes[i];
+    const Landmarks& shape = opened.shape;
+    view::ViewSpecimen specimen{shape.name, picture, opened.width(), opened.height()};
+    specimen.shape = shape.source;
     specimen.landmarks.resize(document.landmarks.size());
-    const Points pixels = opened.to_page(opened.shape.points);
+    const Points pixels = opened.to_page(shape.points);
     for (std::size_t a = 0; a < places[i].size(); ++a)
       specimen.landmarks[places[i][a]] = as_placed_landmark(pixels, static_cast<Eigen::Index>(a));
-    for (const int a : opened.shape.absent)
+    for (const int a : shape.absent)
       specimen.landmarks[places[i][static_cast<std::size_t>(a)]] = {view::Placement::kAbsent};
-    for (const auto& [a, b] : opened.shape.links) {
+    for (const auto& [a, b] : shape.links) {
       const std::pair link(static_cast<int>(places[i][static_cast<std::size_t>(a)]),
                            static_cast<int>(places[i][static_cast<std::size_t>(b)]));
       if (std::find(document.links.begin(), document.links.end(), link) == document.links.end())
         document.links.push_back(link);
     }
     document.specimens.push_back(std::move(specimen));
+    document.shapes[shape.source] = kept_part(opened);
   }
 }
 

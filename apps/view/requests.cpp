@@ -12,6 +12,7 @@
 #include "exporting.hpp"
 #include "page_pictures.hpp"
 #include "pulson/core/errors.hpp"
+#include "shell/options.hpp"
 #include "specimens.hpp"
 #include "view/judgement.hpp"
 #include "view/live_map.hpp"
@@ -72,6 +73,13 @@ PostedJson json_of(const view::Ellipse& ellipse) {
   return {{"x", ellipse.centre.x()}, {"y", ellipse.centre.y()}, {"xx", m(0, 0)}, {"xy", m(0, 1)}, {"yy", m(1, 1)}};
 }
 
+// The page gets no shapes of files: it neither shows nor changes them.
+PostedJson page_document(const view::SavedDocument& saved) {
+  view::ViewDocument document = saved.document();
+  document.shapes.clear();
+  return PostedJson::parse(json_of_document(document));
+}
+
 }  // namespace
 
 std::size_t PageRequests::most_bytes(std::string_view path) {
@@ -81,7 +89,11 @@ std::size_t PageRequests::most_bytes(std::string_view path) {
 }
 
 Reply PageRequests::answer(const view::Request& request) {
-  return request.method == "GET" ? get(request) : post(request);
+  try {
+    return request.method == "GET" ? get(request) : post(request);
+  } catch (const InputError& error) {
+    throw InputError(in_option_words(error.what()));
+  }
 }
 
 Reply PageRequests::get(const view::Request& request) {
@@ -111,7 +123,7 @@ Reply PageRequests::state() const {
   return json_reply({{"file", document_.path().filename().string()},
                      {"export", export_name(document_, arguments_.in_place)},
                      {"report", !report_.empty()},
-                     {"document", PostedJson::parse(document_.json())}});
+                     {"document", page_document(document_)}});
 }
 
 Reply PageRequests::picture(const std::string& number) const {
@@ -131,8 +143,8 @@ Reply PageRequests::save(const std::string& body) {
   PostedJson json = object_of(body);
   const std::int64_t base = json.value("base", std::int64_t{-1});
   if (!json.contains("document")) throw InputError("'document' is missing");
-  view::ViewDocument next = view::document_of_json("the page", json["document"].dump());
   const view::ViewDocument before = document_.document();
+  view::ViewDocument next = view::document_of_page(json["document"].dump(), before.shapes);
   next.opened = before.opened;
   next.exported = before.exported;
   for (const view::ViewSpecimen& specimen : next.specimens) {
@@ -142,8 +154,8 @@ Reply PageRequests::save(const std::string& body) {
   }
   try {
     if (document_.replace(std::move(next), base) == view::SavedDocument::Outcome::kConflict)
-      return json_reply(
-          {{"error", "another window changed this session"}, {"document", PostedJson::parse(document_.json())}}, 409);
+      return json_reply({{"error", "another window changed this session"}, {"document", page_document(document_)}},
+                        409);
   } catch (const InputError& error) {
     return view::error_reply(507, error.what());
   }
@@ -222,13 +234,12 @@ Reply PageRequests::match(const std::string& body) {
 Reply PageRequests::write_export(const std::string& body) {
   const PostedJson json = object_of(body);
   if (!json.contains("name") || !json["name"].is_string()) throw InputError("'name' is no text");
-  const ExportResult result =
-      export_landmarks(document_, opened_, json["name"].get<std::string>(), arguments_.in_place);
+  const ExportResult result = export_landmarks(document_, json["name"].get<std::string>(), arguments_.in_place);
   return json_reply({{"file", result.file},
                      {"kept", result.kept},
-                     {"losses", result.losses},
+                     {"losses", in_option_words(result.losses)},
                      {"shapes", result.shapes},
-                     {"document", PostedJson::parse(document_.json())}});
+                     {"document", page_document(document_)}});
 }
 
 }  // namespace pulson

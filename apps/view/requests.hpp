@@ -2,12 +2,10 @@
 
 #include <atomic>
 #include <filesystem>
-#include <map>
 #include <mutex>
 #include <string>
 
 #include "arguments.hpp"
-#include "opened_shapes.hpp"
 #include "view/live_map.hpp"
 #include "view/local_server.hpp"
 #include "view/saved_document.hpp"
@@ -18,9 +16,8 @@ namespace pulson {
 class PageRequests {
  public:
   /// @param report a page that is linked to; empty: none
-  PageRequests(view::SavedDocument& document, std::map<std::string, OpenedShape> opened, const ViewArguments& arguments,
-               std::filesystem::path report)
-      : document_(document), opened_(std::move(opened)), arguments_(arguments), report_(std::move(report)) {}
+  PageRequests(view::SavedDocument& document, const ViewArguments& arguments, std::filesystem::path report)
+      : document_(document), arguments_(arguments), report_(std::move(report)) {}
 
   view::Reply answer(const view::Request& request);
   /// Most bytes that it may send there.
@@ -41,7 +38,6 @@ class PageRequests {
   view::Reply write_export(const std::string& body);
 
   view::SavedDocument& document_;
-  std::map<std::string, OpenedShape> opened_;
   const ViewArguments& arguments_;
   std::filesystem::path report_;
   std::mutex judging_, matching_;        // one of each at a time: a match uses all threads

@@ -8,6 +8,8 @@
 #include "core/paths.hpp"
 #include "core/text.hpp"
 #include "formats/formats.hpp"
+#include "formats/shape_address.hpp"
+#include "formats/shape_options.hpp"
 #include "page_pictures.hpp"
 #include "pulson/core/errors.hpp"
 #include "shell/messages.hpp"
@@ -47,13 +49,14 @@ std::string picture_for(const Landmarks& shape, std::vector<std::string>& pictur
   return beside ? beside->string() : "";
 }
 
-std::vector<Landmarks> shapes_of_files(const ViewFiles& files, const ViewArguments& arguments, std::string& format,
+std::vector<Landmarks> shapes_of_files(const ViewFiles& files, const ViewArguments& arguments,
                                        std::vector<std::string>& notes) {
   std::vector<Landmarks> shapes = files.shapes;
   for (const std::string& file : files.landmarks) {
     formats::LandmarkFile read = read_landmark_file(file, arguments.reading);
+    // Here positions are pixels of the picture, and the scale goes into the exported file.
+    std::erase(read.warnings, file + ": " + formats::note_of_scales(read.shapes));
     notes.insert(notes.end(), read.warnings.begin(), read.warnings.end());
-    if (format.empty()) format = read.format;
     for (Landmarks& shape : read.shapes) {
       if (shape.dimension() != 2 && shape.count() > 0)
         throw InputError(
@@ -72,22 +75,19 @@ Picture picture_of(const std::string& path, std::int64_t max_pixels, std::size_t
   return specimen < kShownFirst ? read_picture(path, max_pixels) : outlined_picture(path, max_pixels);
 }
 
-std::vector<OpenedShape> opened_shapes(const ViewFiles& files, const ViewArguments& arguments,
+std::vector<PlacedShape> placed_shapes(const ViewFiles& files, const ViewArguments& arguments,
                                        std::vector<std::string>& rest, std::vector<std::string>& notes) {
-  std::string format;
-  std::vector<Landmarks> shapes = shapes_of_files(files, arguments, format, notes);
+  std::vector<Landmarks> shapes = shapes_of_files(files, arguments, notes);
   std::vector<std::string> pictures(shapes.size());
   for (std::size_t i = 0; i < shapes.size(); ++i) pictures[i] = picture_for(shapes[i], rest);
   // Names that say nothing, as leaves.csv beside IMG_1.jpg: the one shape is of the one picture.
   if (shapes.size() == 1 && rest.size() == 1 && pictures[0].empty()) pictures[0] = rest[0], rest.clear();
-  std::vector<OpenedShape> opened;
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
-    opened.push_back(pictures[i].empty() ? shape_without_picture(std::move(shapes[i]))
+  std::vector<PlacedShape> placed;
+  for (std::size_t i = 0; i < shapes.size(); ++i)
+    placed.push_back(pictures[i].empty() ? shape_without_picture(std::move(shapes[i]))
                                          : shape_on_picture(std::move(shapes[i]), pictures[i],
                                                             picture_of(pictures[i], arguments.max_pixels, i), notes));
-    opened.back().format = format;
-  }
-  return opened;
+  return placed;
 }
 
 bool shows(const view::ViewDocument& document, const std::string& picture) {
@@ -96,13 +96,29 @@ bool shows(const view::ViewDocument& document, const std::string& picture) {
 }
 
 // A session beside results that were made anew, of other shapes, cannot go on.
-void require_same_shapes(const view::ViewDocument& document, const std::vector<OpenedShape>& shapes,
-                         const fs::path& session) {
-  for (const OpenedShape& opened : shapes)
-    if (std::none_of(document.specimens.begin(), document.specimens.end(),
-                     [&](const auto& specimen) { return specimen.shape == opened.shape.source; }))
+void require_same_shapes(const view::ViewDocument& document, const std::vector<Landmarks>& shapes,
+                         const view::SavedDocument& saved) {
+  for (const Landmarks& shape : shapes)
+    if (const std::string address = path_from(saved.folder(), shape.source); !document.shapes.contains(address))
       throw InputError(fmt::format("{} is a session of other shapes than these results, without {}; move it away",
-                                   session.string(), opened.shape.source));
+                                   saved.path().string(), address));
+}
+
+bool has_shapes_of(const view::ViewDocument& document, const std::string& file) {
+  return std::any_of(document.shapes.begin(), document.shapes.end(),
+                     [&](const auto& shape) { return formats::file_of_address(shape.first) == file; });
+}
+
+// What the session of the document has not got yet.
+ViewFiles new_files(const ViewFiles& files, const view::ViewDocument& document, const view::SavedDocument& saved) {
+  require_same_shapes(document, files.shapes, saved);
+  ViewFiles wanted = files;
+  wanted.shapes.clear();
+  std::erase_if(wanted.landmarks,
+                [&](const std::string& file) { return has_shapes_of(document, path_from(saved.folder(), file)); });
+  std::erase_if(wanted.pictures,
+                [&](const std::string& file) { return shows(document, path_from(saved.folder(), file)); });
+  return wanted;
 }
 
 void add_pictures(const std::vector<std::string>& pictures, const fs::path& folder, std::int64_t max_pixels,
@@ -161,32 +177,25 @@ PagePicture page_picture(const std::string& path, const Picture& picture) {
   return page;
 }
 
-std::map<std::string, OpenedShape> open_session(const ViewFiles& files, const ViewArguments& arguments,
-                                                view::SavedDocument& saved, std::vector<std::string>& notes) {
+void open_session(const ViewFiles& files, const ViewArguments& arguments, view::SavedDocument& saved,
+                  std::vector<std::string>& notes) {
   const bool goes_on = saved.load();
   view::ViewDocument document = saved.document();
-  std::vector<std::string> pictures = files.pictures;
-  ViewFiles source = files;
-  if (goes_on && source.landmarks.empty() && !document.opened.empty())
-    if (const fs::path opened = saved.folder() / document.opened; is_file(opened)) source.landmarks = {opened.string()};
-  std::vector<OpenedShape> shapes = opened_shapes(source, arguments, pictures, notes);
-  std::map<std::string, OpenedShape> by_address;
-  for (OpenedShape& shape : shapes) {
-    if (!shape.picture.empty()) shape.picture = path_from(saved.folder(), shape.picture);
-    shape.shape.source = path_from(saved.folder(), shape.shape.source);
-    by_address[shape.shape.source] = shape;
+  const ViewFiles wanted = goes_on ? new_files(files, document, saved) : files;
+  std::vector<std::string> pictures = wanted.pictures;
+  std::vector<PlacedShape> shapes = placed_shapes(wanted, arguments, pictures, notes);
+  for (PlacedShape& placed : shapes) {
+    if (!placed.picture.empty()) placed.picture = path_from(saved.folder(), placed.picture);
+    placed.opened.shape.source = path_from(saved.folder(), placed.opened.shape.source);
   }
-  if (goes_on && !files.shapes.empty()) require_same_shapes(document, shapes, saved.path());
   if (goes_on)
     notes.push_back(fmt::format("{} goes on where it was, after {}", saved.path().string(),
                                 counted(document.revision, "saved change")));
-  else {
-    add_shapes(shapes, document);
-    if (!source.landmarks.empty()) document.opened = path_from(saved.folder(), source.landmarks.front());
-  }
+  add_shapes(shapes, document);
+  if (document.opened.empty() && !wanted.landmarks.empty())
+    document.opened = path_from(saved.folder(), wanted.landmarks.front());
   add_pictures(pictures, saved.folder(), arguments.max_pixels, document);
   saved.change([&](view::ViewDocument& next) { next = document; });
-  return by_address;
 }
 
 }  // namespace pulson

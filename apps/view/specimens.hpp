@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -34,10 +33,10 @@ struct PagePicture {
 
 PagePicture page_picture(const std::string& path, const Picture& picture);
 
-/// Fills the document by the files, or goes on with that of an earlier session, to which new pictures are added. All
-/// shapes that were opened are returned by their addresses.
-std::map<std::string, OpenedShape> open_session(const ViewFiles& files, const ViewArguments& arguments,
-                                                view::SavedDocument& document, std::vector<std::string>& notes);
+/// Fills the document by the files, or goes on with that of an earlier session, to which new pictures and landmark
+/// files are added; those that it has already are not read again.
+void open_session(const ViewFiles& files, const ViewArguments& arguments, view::SavedDocument& document,
+                  std::vector<std::string>& notes);
 
 /// `path` as a document in `folder` names it.
 std::string path_from(const std::filesystem::path& folder, const std::filesystem::path& path);

@@ -63,8 +63,8 @@ void run_view(const ViewArguments& arguments) {
   const ViewFiles files = is_of_results ? ViewFiles(results) : ViewFiles(arguments);
   view::SavedDocument document(files.document);
   std::vector<std::string> notes;
-  std::map<std::string, OpenedShape> opened = open_session(files, arguments, document, notes);
-  PageRequests requests(document, std::move(opened), arguments, results.report);
+  open_session(files, arguments, document, notes);
+  PageRequests requests(document, arguments, results.report);
   view::LocalServer server(
       arguments.port, [&](const view::Request& request) { return requests.answer(request); },
       [](std::string_view path) { return PageRequests::most_bytes(path); });

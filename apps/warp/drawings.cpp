@@ -129,8 +129,8 @@ void Drawings::write(const draw::ImagePicture& picture, const fs::path& file) co
   note_missing_font();
 }
 
-std::string Drawings::png_of(const draw::ImagePicture& picture) const {
-  return image_picture_png(picture, {.width = arguments_.width, .dpi = arguments_.dpi});
+std::string Drawings::png_of(const draw::ImagePicture& picture, std::string& narrow) const {
+  return image_picture_png(picture, {.width = arguments_.width, .dpi = arguments_.dpi, .narrow = &narrow});
 }
 
 draw::ImagePicture Drawings::side_by_side(const images::Image& image, const images::WarpedImage& result,

@@ -42,7 +42,7 @@ class Drawings {
   /// @throws InputError as write_image_picture does
   void write(const draw::ImagePicture& picture, const std::filesystem::path& file) const;
   /// The bytes of a png.
-  std::string png_of(const draw::ImagePicture& picture) const;
+  std::string png_of(const draw::ImagePicture& picture, std::string& narrow) const;
 
  private:
   draw::ImagePanel panel_of(std::string heading, const images::Image& image, int width, int height) const;

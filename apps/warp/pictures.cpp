@@ -1,9 +1,11 @@
 #include "pictures.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <new>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -38,6 +40,21 @@ images::Image overlay(const images::Image& image, const WarpResult& result, cons
   return with_landmarks(gridded, paths, paths.size() - 1, unit_of(gridded));
 }
 
+// "violet 0, blue 1": the colours of the counts that occur; of many, of the first and the last.
+std::string counts_in_colours(const std::vector<float>& counts, double most) {
+  constexpr std::array kNames = {"violet", "blue", "teal", "green", "yellow"};
+  constexpr std::size_t kMostListed = 5;
+  const std::set<float> occurring(counts.begin(), counts.end());
+  const auto name = [&](float count) {
+    return fmt::format("{} {:g}", kNames.at(static_cast<std::size_t>(std::lround(4 * count / most))), count);
+  };
+  if (occurring.size() > kMostListed)
+    return fmt::format("{} to {}", name(*occurring.begin()), name(*occurring.rbegin()));
+  std::vector<std::string> texts;
+  for (const float count : occurring) texts.push_back(name(count));
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
 // Pictures of numbers, and the keys to their colours.
 class NumberPictures {
  public:
@@ -66,9 +83,11 @@ class NumberPictures {
 
   void write(What what, double most, bool whole = false) {
     const draw::ColourBar bar = whole ? bar_of_counts(most, what.values) : bar_of(most);
+    const std::string meaning = whole ? counts_in_colours(what.values, most)
+                                      : fmt::format("violet 0, teal {:.3g}, yellow {:.3g}", most / 2, most);
     write(
         std::move(what), [&](const What& of) { return images::viridis(of.values, of.width, of.height, 0, most); }, bar,
-        fmt::format("violet 0, teal {:.3g}, yellow {:.3g}", most / 2, most));
+        meaning);
   }
 
   std::vector<ColourKey> keys() && { return std::move(keys_); }

@@ -129,18 +129,21 @@ void write_warp_report(const images::Image& image, const images::WarpedImage& re
                             file_name(arguments.out),
                             "The slider goes from the one to the other; zoom in to see edges."}}});
   const Drawings drawings(arguments);
-  const std::string both = drawings.png_of(drawings.side_by_side(image, result, warp, frames));
-  report.sections.push_back({"Before and after",
-                             {html::ReportPicture{jpeg_of(images::decode_image(both)),  // a tenth of the size
-                                                  "The image, and what the map makes of it.", true}}});
+  std::string narrow;
+  const std::string both = drawings.png_of(drawings.side_by_side(image, result, warp, frames), narrow);
+  report.sections.push_back(
+      {"Before and after",
+       {html::ReportPicture{jpeg_of(images::decode_image(both)),  // a tenth of the size
+                            "The image, and what the map makes of it.", true, jpeg_of(images::decode_image(narrow))}}});
   if (!arguments.inverse || warp.flow().is_diffeomorphic()) {
     const std::vector<float> jacobians =
         jacobians_on_image(image, warp, {.inverse = arguments.inverse, .tolerance = arguments.tolerance});
-    html::EncodedPicture drawn{html::MediaType::kPng, drawings.png_of(drawings.jacobian(image, warp, jacobians))};
+    html::EncodedPicture drawn{html::MediaType::kPng,
+                               drawings.png_of(drawings.jacobian(image, warp, jacobians), narrow)};
     report.sections.push_back(
         {"Jacobian",
          {html::ReportPicture{std::move(drawn), "Above 1 areas grow, below 1 they shrink, below 0 they are flipped.",
-                              true}}});
+                              true, html::EncodedPicture{html::MediaType::kPng, std::move(narrow)}}}});
   }
   report.sections.push_back({"Numbers", {numbers(figures, arguments, registration, &frames)}});
   write_file_atomically(arguments.report, html_report(report));

@@ -109,12 +109,8 @@ std::size_t count_lines(const Chart& chart) {
   return lines;
 }
 
-}  // namespace
-
-void write_chart(const Chart& chart, const draw::PictureFiles& files) {
-  ChartChecks().chart(chart);
-  const ChartLegend legend(chart);
-  ChartPlan plan = plan_chart(chart, legend.height());
+draw::Canvas compose(const Chart& chart, const ChartLegend& legend, bool narrow) {
+  ChartPlan plan = plan_chart(chart, legend.height(), narrow);
   const std::size_t vertices = std::max(kFewestVertices, kVertices / std::max<std::size_t>(count_lines(chart), 1));
   for (const ChartFrame& frame : plan.frames) {
     std::vector<draw::SeriesLook> looks;
@@ -124,7 +120,15 @@ void write_chart(const Chart& chart, const draw::PictureFiles& files) {
     draw_chart_frame(plan.canvas, frame);
   }
   legend.draw(plan.canvas);
-  plan.canvas.write(files);
+  return std::move(plan.canvas);
+}
+
+}  // namespace
+
+void write_chart(const Chart& chart, const draw::PictureFiles& files) {
+  ChartChecks().chart(chart);
+  const ChartLegend legend(chart);
+  write_layouts(files, [&](bool narrow) { return compose(chart, legend, narrow); });
 }
 
 }  // namespace pulson::charts

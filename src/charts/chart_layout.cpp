@@ -132,18 +132,21 @@ constexpr double kShortest = 240;
 constexpr double kTallestChart = 1560;
 
 using Row = std::vector<ChartPanel>;
+using FrameRow = std::vector<ChartFrame>;
 
-bool any_in(const Row& row, std::string ChartPanel::*text) {
-  return std::any_of(row.begin(), row.end(), [text](const ChartPanel& panel) { return !(panel.*text).empty(); });
+bool any_in(const FrameRow& row, std::string ChartPanel::*text) {
+  return std::any_of(row.begin(), row.end(), [text](const ChartFrame& frame) { return !(frame.panel->*text).empty(); });
 }
 
-double y_label_room(const Row& row) { return any_in(row, &ChartPanel::y_label) ? kYLabelRoom : 0; }
+double y_label_room(const FrameRow& row) { return any_in(row, &ChartPanel::y_label) ? kYLabelRoom : 0; }
 
-double room_above(const Row& row) {
+double room_above(const FrameRow& row) {
   return (any_in(row, &ChartPanel::heading) ? draw::kHeading : kNoHeading) + y_label_room(row);
 }
 
-double room_below(const Row& row) { return draw::kTicRoom + (any_in(row, &ChartPanel::x_label) ? kXLabelRoom : 0); }
+double room_below(const FrameRow& row) {
+  return draw::kTicRoom + (any_in(row, &ChartPanel::x_label) ? kXLabelRoom : 0);
+}
 
 double reference_room(const ChartPanel& panel) {
   double room = 0;
@@ -153,9 +156,9 @@ double reference_room(const ChartPanel& panel) {
   return room;
 }
 
-std::size_t count_columns(const Chart& chart) {
+std::size_t count_columns(const std::vector<FrameRow>& rows) {
   std::size_t columns = 0;
-  for (const Row& row : chart.rows) columns = std::max(columns, row.size());
+  for (const FrameRow& row : rows) columns = std::max(columns, row.size());
   return columns;
 }
 
@@ -178,8 +181,8 @@ bool has_axis_of_its_own(const Chart& chart, std::size_t column, const ChartPane
 }
 
 /// The frames of the chart with their axes, but without their boxes; [row][column].
-std::vector<std::vector<ChartFrame>> make_frames(const Chart& chart) {
-  std::vector<std::vector<ChartFrame>> frames;
+std::vector<FrameRow> make_frames(const Chart& chart) {
+  std::vector<FrameRow> frames;
   for (const Row& row : chart.rows) {
     std::vector<const ChartPanel*> all;
     for (const ChartPanel& panel : row) all.push_back(&panel);
@@ -193,13 +196,25 @@ std::vector<std::vector<ChartFrame>> make_frames(const Chart& chart) {
   return frames;
 }
 
+/// The same in one column, each with its numbers.
+std::vector<FrameRow> one_above_the_other(const std::vector<FrameRow>& rows) {
+  std::vector<FrameRow> column;
+  for (const FrameRow& row : rows)
+    for (const ChartFrame& frame : row) {
+      column.push_back({frame});
+      column.back().front().numbered = true;
+    }
+  return column;
+}
+
 /// Room of one column besides its panels.
 struct Sides {
   double left = 0;
   double right = 0;
 };
 
-std::vector<Sides> sides_of(const std::vector<std::vector<ChartFrame>>& frames, std::size_t columns, double height) {
+std::vector<Sides> sides_of(const std::vector<FrameRow>& frames, double width, double height) {
+  const std::size_t columns = count_columns(frames);
   std::vector<Sides> sides(columns);
   for (const auto& row : frames)
     for (std::size_t c = 0; c < row.size(); ++c) {
@@ -207,16 +222,16 @@ std::vector<Sides> sides_of(const std::vector<std::vector<ChartFrame>>& frames, 
       sides[c].right = std::max(sides[c].right, reference_room(*row[c].panel));
       if (c == 0) continue;
       double widest = 0;  // of the numbers below, which reach into the gap from both sides
-      for (const std::string& text : row[c].x.tics_below(draw::kWidth / static_cast<double>(columns) - kNumbers).texts)
+      for (const std::string& text : row[c].x.tics_below(width / static_cast<double>(columns) - kNumbers).texts)
         widest = std::max(widest, draw::number_width(text));
       sides[c].left = std::max(sides[c].left, widest + kNumberGap - draw::kGap);
     }
   return sides;
 }
 
-double panel_height(const Chart& chart, double fixed_heights) {
-  const auto rows = static_cast<double>(chart.rows.size()), columns = static_cast<double>(count_columns(chart));
-  const double width = (draw::kWidth - 2 * draw::kEdge - columns * kNumbers) / columns;
+double panel_height(const std::vector<FrameRow>& frames, double whole_width, double fixed_heights) {
+  const auto rows = static_cast<double>(frames.size()), columns = static_cast<double>(count_columns(frames));
+  const double width = (whole_width - 2 * draw::kEdge - columns * kNumbers) / columns;
   const double height = std::min(kFlatness * width, rows > 1 ? kTallestOfSeveral : kTallest);
   return std::round(std::max(kShortest, std::min(height, (kTallestChart - fixed_heights) / rows)));
 }
@@ -326,31 +341,32 @@ ChartAxis vertical_axis(const std::vector<const ChartPanel*>& panels) {
   return axis;
 }
 
-ChartPlan plan_chart(const Chart& chart, double legend_height) {
-  const draw::Titles titles{chart.title, chart.subtitle};
+ChartPlan plan_chart(const Chart& chart, double legend_height, bool narrow) {
+  const draw::Titles titles = narrow ? draw::Titles() : draw::Titles{chart.title, chart.subtitle};
+  const double whole_width = narrow ? draw::kNarrowWidth : draw::kWidth;
+  std::vector<FrameRow> frames = make_frames(chart);
+  if (narrow) frames = one_above_the_other(frames);
   double fixed_heights = legend_height;
-  for (const Row& row : chart.rows) fixed_heights += room_above(row) + room_below(row);
-  const double height = panel_height(chart, title_height(titles) + fixed_heights);
+  for (const FrameRow& row : frames) fixed_heights += room_above(row) + room_below(row);
+  const double height = panel_height(frames, whole_width, title_height(titles) + fixed_heights);
 
-  std::vector<std::vector<ChartFrame>> frames = make_frames(chart);
-  const std::size_t columns = count_columns(chart);
-  const std::vector<Sides> sides = sides_of(frames, columns, height);
-  double free = draw::kWidth - 2 * draw::kEdge - draw::kGap * (static_cast<double>(columns) - 1);
+  const std::size_t columns = count_columns(frames);
+  const std::vector<Sides> sides = sides_of(frames, whole_width, height);
+  double free = whole_width - 2 * draw::kEdge - draw::kGap * (static_cast<double>(columns) - 1);
   for (const Sides& side : sides) free -= side.left + side.right;
   const double width = free / static_cast<double>(columns);
 
-  double top = fixed_heights + height * static_cast<double>(chart.rows.size());
-  ChartPlan plan{titled_canvas(titles, draw::kEdge + sides.front().left, draw::kWidth, top), {}};
-  for (std::size_t r = 0; r < frames.size(); ++r) {
-    const Row& row = chart.rows[r];
+  double top = fixed_heights + height * static_cast<double>(frames.size());
+  ChartPlan plan{titled_canvas(titles, draw::kEdge + sides.front().left, whole_width, top), {}};
+  for (FrameRow& row : frames) {
     double left = draw::kEdge;
     for (std::size_t c = 0; c < row.size(); ++c) {
-      frames[r][c].box = {left + sides[c].left, top - room_above(row) - height, width, height};
-      if (c + 1 == row.size() && c + 1 < columns && has_axis_of_its_own(chart, c, row[c]))
-        frames[r][c].box.width = draw::kWidth - draw::kEdge - sides.back().right - frames[r][c].box.left;
-      frames[r][c].heading_height = draw::kHeadingHeight + y_label_room(row);
+      row[c].box = {left + sides[c].left, top - room_above(row) - height, width, height};
+      if (c + 1 == row.size() && c + 1 < columns && has_axis_of_its_own(chart, c, *row[c].panel))
+        row[c].box.width = whole_width - draw::kEdge - sides.back().right - row[c].box.left;
+      row[c].heading_height = draw::kHeadingHeight + y_label_room(row);
       left += sides[c].left + width + sides[c].right + draw::kGap;
-      plan.frames.push_back(frames[r][c]);
+      plan.frames.push_back(row[c]);
     }
     top -= room_above(row) + height + room_below(row);
   }

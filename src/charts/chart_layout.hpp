@@ -88,8 +88,9 @@ struct ChartPlan {
   std::vector<ChartFrame> frames;
 };
 
-/// `legend_height`: to leave free at the bottom.
-ChartPlan plan_chart(const Chart& chart, double legend_height);
+/// `legend_height`: to leave free at the bottom. `narrow`: for narrow screens, in one column without titles; axes are
+/// shared as in the wide layout.
+ChartPlan plan_chart(const Chart& chart, double legend_height, bool narrow);
 
 /// The frame with its heading, labels, tics and numbers, above what was drawn in it.
 void draw_chart_frame(draw::Canvas& canvas, const ChartFrame& frame);

@@ -136,20 +136,24 @@ void draw_mended(Canvas& canvas, const View& view, const CorrectionPicture& pict
   draw_heading(canvas, view.box, picture.corrected_heading);
 }
 
-Canvas compose_correction(const CorrectionPicture& picture) {
+Canvas compose_correction(const CorrectionPicture& picture, bool narrow) {
   View view = view_of(picture);
   const bool has_two = picture.corrected.size() > 0;
-  const double columns = has_two ? 2 : 1;
-  const double room = (kLeastWidth - 2 * kEdge - kGap) / 2;
+  const double columns = has_two && !narrow ? 2 : 1, rows = has_two && narrow ? 2 : 1;
+  const double whole = narrow ? kNarrowWidth : kLeastWidth;
+  const double room = narrow ? whole - 2 * kEdge : (whole - 2 * kEdge - kGap) / 2;
   const double scale = std::min(room / view.x.span(), kTallestCorrection / view.y.span());
   const double width = scale * view.x.span(), height = scale * view.y.span();
-  const double used = columns * width + (columns - 1) * kGap, left = (kLeastWidth - used) / 2;
-  Canvas canvas(kLeastWidth, height + kHeading + kEdge + kLegendRoom);
+  const double used = columns * width + (columns - 1) * kGap, left = (whole - used) / 2;
+  Canvas canvas(whole, rows * (height + kHeading) + kEdge + kLegendRoom);
   const Figure figure = plan_figure(picture.reference, scale);
-  view.box = {left, kLegendRoom, width, height};
+  view.box = {left, kLegendRoom + (rows - 1) * (height + kHeading), width, height};
   draw_wrong(canvas, view, picture, figure);
   if (has_two) {
-    view.box.left += width + kGap;
+    if (narrow)
+      view.box.bottom -= height + kHeading;
+    else
+      view.box.left += width + kGap;
     draw_mended(canvas, view, picture, figure);
   }
   std::vector<LegendEntry> legend{dot_entry("what it is judged by", {colour::kReference}),
@@ -164,7 +168,7 @@ Canvas compose_correction(const CorrectionPicture& picture) {
 
 }  // namespace
 
-std::string correction_svg(const CorrectionPicture& picture) {
+std::string correction_svg(const CorrectionPicture& picture, bool narrow) {
   const Checks checks("picture of a correction");
   checks.shape(picture.reference, "the reference");
   if (picture.reference.dimension() < 2) checks.refuse("shapes on a line are not drawn");
@@ -172,7 +176,7 @@ std::string correction_svg(const CorrectionPicture& picture) {
   checks.count(picture.shape, picture.reference, "the reference", "the shape");
   if (picture.corrected.size() > 0)
     checks.count(picture.corrected, picture.reference, "the reference", "its correction");
-  return compose_correction(picture).svg();
+  return compose_correction(picture, narrow).svg();
 }
 
 }  // namespace pulson::draw

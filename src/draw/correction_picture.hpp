@@ -18,7 +18,8 @@ struct CorrectionPicture {
   std::string shape_heading, corrected_heading;
 };
 
-/// The bytes of an SVG. @throws InputError where the reference cannot be drawn, or sizes disagree
-std::string correction_svg(const CorrectionPicture& picture);
+/// The bytes of an SVG; `narrow`: in the layout for screens as narrow as a phone's. @throws InputError where the
+/// reference cannot be drawn, or sizes disagree
+std::string correction_svg(const CorrectionPicture& picture, bool narrow = false);
 
 }  // namespace pulson::draw

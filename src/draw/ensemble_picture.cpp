@@ -65,14 +65,13 @@ double largest_dot(const EnsemblePicture& picture, const View& view) {
   return std::max(kLeast, kOfRadius * median(std::move(radii)) * scale_of(view));
 }
 
-Canvas compose(const EnsemblePicture& picture) {
+Canvas compose(const EnsemblePicture& picture, bool narrow) {
   const std::vector<Interval> ranges = data_ranges(picture);
   const bool in_plane = picture.start.dimension() == 2;
-  const Titles titles{picture.title, picture.subtitle};
-  Plan plan = in_plane
-                  ? arrange(titles, {{.box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.start.frame.y_down}},
-                            {.tallest = 900, .all_numbered = true})
-                  : arrange_space(titles, ranges);
+  const Titles titles = narrow ? Titles() : Titles{picture.title, picture.subtitle};
+  const Arrangement arrangement = narrow ? narrow_arrangement() : Arrangement{.tallest = 900, .all_numbered = true};
+  const View view_in_plane{.box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.start.frame.y_down};
+  Plan plan = in_plane ? arrange(titles, {view_in_plane}, arrangement) : arrange_space(titles, ranges, arrangement);
   Canvas& canvas = plan.canvas;
   const Figure figure = plan_figure(picture.start, scale_of(plan.views.front()));
   if (!in_plane) draw_displacements(canvas, plan.side, picture.start.points, picture.mean.back(), figure);
@@ -136,7 +135,7 @@ std::vector<Points> ellipses(const EnsemblePicture& picture, int row_x, int row_
 
 void write_ensemble_picture(const EnsemblePicture& picture, const PictureFiles& files) {
   check(picture);
-  compose(picture).write(files);
+  write_layouts(files, [&](bool narrow) { return compose(picture, narrow); });
 }
 
 }  // namespace pulson::draw

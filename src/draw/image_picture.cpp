@@ -46,7 +46,8 @@ double widest_row(const ImagePicture& picture, std::size_t columns) {
   return widest;
 }
 
-Rows arranged(const ImagePicture& picture) {
+Rows arranged(const ImagePicture& picture, bool narrow) {
+  if (narrow) return {1, std::min((kNarrowWidth - 2 * kEdge) / widest_row(picture, 1), kTallestNarrow)};
   Rows best;
   for (std::size_t columns = picture.panels.size(); columns > 0; --columns) {
     const double across = kWidth - 2 * kEdge - static_cast<double>(columns - 1) * kGap;
@@ -154,12 +155,12 @@ std::vector<LegendEntry> legend_of(const ImagePicture& picture) {
   return legend;
 }
 
-Canvas compose(const ImagePicture& picture) {
+Canvas compose(const ImagePicture& picture, bool narrow) {
   if (picture.panels.empty()) throw InputError("a picture of images needs one or more");
   for (const ImagePanel& panel : picture.panels)
     if (panel.width < 1 || panel.height < 1)
       throw InputError(fmt::format("a panel of {} x {} pixels cannot be drawn", panel.width, panel.height));
-  const Rows rows = arranged(picture);
+  const Rows rows = arranged(picture, narrow);
   const std::vector<LegendEntry> legend = legend_of(picture);
   const bool has_bar = std::any_of(picture.panels.begin(), picture.panels.end(),
                                    [](const ImagePanel& panel) { return !panel.bars.empty(); });
@@ -167,8 +168,9 @@ Canvas compose(const ImagePicture& picture) {
   const double width =
       widest_row(picture, rows.columns) * rows.height + static_cast<double>(rows.columns - 1) * kGap + 2 * kEdge;
   double top = static_cast<double>(row_count(picture, rows.columns)) * row + (legend.empty() ? kEdge : kLegendRoom);
-  const double aside = std::max(0.0, (kNarrowest - width) / 2);
-  Canvas canvas = titled_canvas({picture.title, picture.subtitle}, kEdge + aside, std::max(width, kNarrowest), top);
+  const double narrowest = narrow ? kNarrowWidth : kNarrowest, aside = std::max(0.0, (narrowest - width) / 2);
+  Canvas canvas = titled_canvas(narrow ? Titles() : Titles{picture.title, picture.subtitle}, kEdge + aside,
+                                std::max(width, narrowest), top);
   for (std::size_t i = 0; i < picture.panels.size(); ++i) {
     if (i % rows.columns == 0 && i > 0) top -= row;
     double left = kEdge + aside;
@@ -182,10 +184,13 @@ Canvas compose(const ImagePicture& picture) {
 
 }  // namespace
 
-void write_image_picture(const ImagePicture& picture, const PictureFiles& files) { compose(picture).write(files); }
+void write_image_picture(const ImagePicture& picture, const PictureFiles& files) {
+  write_layouts(files, [&](bool narrow) { return compose(picture, narrow); });
+}
 
 std::string image_picture_png(const ImagePicture& picture, const PictureFiles& look) {
-  return compose(picture).png(look.width, look.dpi);
+  if (look.narrow != nullptr) *look.narrow = compose(picture, true).png({}, 96);
+  return compose(picture, false).png(look.width, look.dpi);
 }
 
 }  // namespace pulson::draw

@@ -45,7 +45,8 @@ struct ImagePicture {
 /// @throws InputError where there is no panel, a panel has no pixels, and where a folder does not exist
 void write_image_picture(const ImagePicture& picture, const PictureFiles& files);
 
-/// The same as the bytes of a png; of `look` the width and the resolution. @throws as write_image_picture
+/// The same as the bytes of a png; of `look` the width and the resolution, and the layout for narrow screens where it
+/// asks for that. @throws as write_image_picture
 std::string image_picture_png(const ImagePicture& picture, const PictureFiles& look);
 
 }  // namespace pulson::draw

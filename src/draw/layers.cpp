@@ -20,9 +20,11 @@ namespace {
 constexpr Eigen::Index kFewestPoints = 12;
 constexpr double kLargestGap = 3;   // in median gaps
 constexpr double kLargestStep = 2;  // median gap in median distances to the nearest point
-constexpr double kSharpTurn = 60;   // degrees
-constexpr double kMostSharp = 6;    // of so many turns, one may be sharp
-constexpr double kDenseGap = 7;     // pixels between neighbours, below which marks would run into one another
+constexpr Eigen::Index kFewestOfRing = 6;
+constexpr double kRingGap = 2;     // in median gaps: between the ends of a ring
+constexpr double kSharpTurn = 60;  // degrees
+constexpr double kMostSharp = 6;   // of so many turns, one may be sharp
+constexpr double kDenseGap = 7;    // pixels between neighbours, below which marks would run into one another
 
 std::vector<double> gaps_of(const Points& points) {
   std::vector<double> gaps(static_cast<std::size_t>(points.cols() - 1));
@@ -54,6 +56,16 @@ bool crosses_itself(const Points& points) {
     for (Eigen::Index i = 0; i + 1 < j; ++i)
       if (cross_each_other(points.col(i), points.col(i + 1), points.col(j), points.col(j + 1))) return true;
   return false;
+}
+
+// Whether the largest gap joins two rings: both parts that it separates close by themselves.
+bool are_two_rings(const Points& points, const std::vector<double>& gaps) {
+  const Eigen::Index first = 1 + (std::max_element(gaps.begin(), gaps.end()) - gaps.begin());
+  const auto closes = [&](const Points& part) {
+    const Eigen::Index n = part.cols();
+    return n >= kFewestOfRing && (part.col(n - 1) - part.col(0)).norm() <= kRingGap * median(gaps_of(part));
+  };
+  return closes(points.leftCols(first)) && closes(points.rightCols(points.cols() - first));
 }
 
 void remove(std::vector<int>& from, const std::vector<int>& landmarks) {
@@ -117,6 +129,7 @@ OutlineKind outline_kind(const Points& points) {
   if (points.rows() < 2 || n < kFewestPoints) return OutlineKind::kNone;
   std::vector<double> gaps = gaps_of(points);
   const double largest = *std::max_element(gaps.begin(), gaps.end());
+  if (are_two_rings(points, gaps)) return OutlineKind::kNone;
   const double typical = median(std::move(gaps));
   if (!(typical > 0) || largest > kLargestGap * typical) return OutlineKind::kNone;
   if (typical > kLargestStep * median_nearest_distance(points)) return OutlineKind::kNone;

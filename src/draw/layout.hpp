@@ -109,6 +109,9 @@ inline constexpr double kHeading = 42;     // above a panel
 inline constexpr double kTicRoom = 38;     // below a panel
 inline constexpr double kLegendRoom = 64;  // below all panels
 
+// Of a layout for screens as narrow as a phone's, where text of 20 pixels is one of 11 to 13.
+inline constexpr double kNarrowWidth = 600, kTallestNarrow = 700;
+
 inline constexpr double kMargin = 0.04;  // around the data, of their span
 
 struct Titles {
@@ -134,6 +137,23 @@ struct Arrangement {
   double least_width = kLeastWidth;
   double most_width = kWidth;
 };
+
+/// Of a layout for narrow screens.
+inline Arrangement narrow_arrangement() {
+  return {.stacked = true,
+          .tallest = kTallestNarrow,
+          .all_numbered = true,
+          .least_width = kNarrowWidth,
+          .most_width = kNarrowWidth};
+}
+
+/// Writes what `compose(false)` draws and, where the files ask for it, `compose(true)`, its layout for narrow screens:
+/// kNarrowWidth wide, panels one above the other, without titles, which pages have themselves.
+template <class Compose>
+void write_layouts(const PictureFiles& files, const Compose& compose) {
+  compose(false).write(files);
+  if (files.narrow != nullptr) *files.narrow = compose(true).png({}, 96);
+}
 
 /// Panels of one scale: their canvas, with its titles, and where each lies.
 struct Plan {

@@ -60,15 +60,21 @@ void draw_panel(Canvas& canvas, const Box& box, const std::string& heading, cons
 
 }  // namespace
 
-void draw_map_panels(Canvas& canvas, const Box& box, const RegistrationPicture& picture, const Figure& figure) {
+void draw_map_panels(Canvas& canvas, const Box& box, bool stacked, const RegistrationPicture& picture,
+                     const Figure& figure) {
   const Points& source = picture.source.points;
   const Points target = picture.corresponds ? pairs(source, picture.target.points) : Points(2, 0);
   const Points result = pairs(source, picture.result), curve = material(picture);
-  Box left = box, right = box;
-  left.width = right.width = (box.width - kPanelGap) / 2;
-  right.left = box.left + left.width + kPanelGap;
-  draw_panel(canvas, left, "Target and result over the source", {target, result, curve, 1}, figure);
-  draw_panel(canvas, right, "Displacements over the source",
+  Box first = box, second = box;
+  if (stacked) {
+    first.height = second.height = (box.height - kHeading - kTicRoom) / 2;
+    first.bottom = box.bottom + second.height + kHeading + kTicRoom;
+  } else {
+    first.width = second.width = (box.width - kPanelGap) / 2;
+    second.left = box.left + first.width + kPanelGap;
+  }
+  draw_panel(canvas, first, "Target and result over the source", {target, result, curve, 1}, figure);
+  draw_panel(canvas, second, "Displacements over the source",
              {displacements(target), displacements(result), displacements(curve), 0}, figure);
 }
 

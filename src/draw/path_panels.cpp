@@ -181,13 +181,20 @@ Tics ValueAxis::tics(double pixels) const {
 TimePanels::TimePanels(TimeRow row)
     : row_(std::move(row)), axis_(all_curves(row_)), times_(range_of_curves(all_curves(row_), 0)) {}
 
+double TimePanels::height_of(double panel) const {
+  const auto rows = row_.stacked ? static_cast<double>(row_.columns.size()) : 1;
+  return rows * panel + (rows - 1) * (kHeading + kTicRoom);
+}
+
 void TimePanels::draw(Canvas& canvas, const Box& box) const {
-  const auto columns = static_cast<double>(row_.columns.size());
+  const double columns = row_.stacked ? 1 : static_cast<double>(row_.columns.size());
+  const double rows = row_.stacked ? static_cast<double>(row_.columns.size()) : 1;
+  const double height = (box.height - (rows - 1) * (kHeading + kTicRoom)) / rows;
   double gap = kGap;  // or more, so that numbers of neighbours do not overlap
   for (const std::string& text : make_tics_below(times_, box.width / columns - kGap).texts)
     gap = std::max(gap, number_width(text) + kTimeNumberGap);
-  View view{{box.left, box.bottom, (box.width - (columns - 1) * gap) / columns, box.height}, times_, axis_.range()};
-  const Tics y_tics = axis_.tics(box.height);
+  View view{{box.left, box.top() - height, (box.width - (columns - 1) * gap) / columns, height}, times_, axis_.range()};
+  const Tics y_tics = axis_.tics(height);
   for (std::size_t i = 0; i < row_.columns.size(); ++i) {
     const std::string scale = axis_.is_logarithmic() ? ", symmetric log scale" : "";
     if (row_.zero_line && view.y.low < 0 && view.y.high > 0)
@@ -201,8 +208,11 @@ void TimePanels::draw(Canvas& canvas, const Box& box) const {
     simplify_lines(lines, row_.vertices / row_.columns.size());
     for (std::size_t c = 0; c < lines.size(); ++c) canvas.lines({std::move(lines[c])}, row_.columns[i][c].stroke);
     draw_frame(canvas, view, row_.headings[i] + scale, make_tics_below(view.x, view.box.width),
-               i == 0 ? y_tics : Tics());
-    view.box.left += view.box.width + gap;
+               i == 0 || row_.stacked ? y_tics : Tics());
+    if (row_.stacked)
+      view.box.bottom -= height + kHeading + kTicRoom;
+    else
+      view.box.left += view.box.width + gap;
   }
 }
 
@@ -219,10 +229,10 @@ std::string some_of(std::size_t shown, std::size_t all, std::string_view what) {
   return shown < all ? fmt::format("{} of {} {}", shown, all, what) : fmt::format("{} {}", all, what);
 }
 
-TimePanels line_panels(const PathPicture& picture, bool momenta, std::size_t columns) {
+TimePanels line_panels(const PathPicture& picture, bool momenta, std::size_t columns, bool stacked) {
   const Selection shown(picture, momenta, columns);
   const std::string what = momenta ? "Momenta p over time t" : "Positions q over time t";
-  TimeRow row{{}, {}, momenta, kVertices};
+  TimeRow row{{}, {}, momenta, kVertices, stacked};
   if (columns == 1) {
     row.headings.push_back(what + remark(shown, true));
     row.columns.push_back(curves_of(shown, 0, shown.path_count, 0));
@@ -235,10 +245,10 @@ TimePanels line_panels(const PathPicture& picture, bool momenta, std::size_t col
   return TimePanels(std::move(row));
 }
 
-TimePanels component_panels(const PathPicture& picture) {
+TimePanels component_panels(const PathPicture& picture, bool stacked) {
   const auto d = static_cast<std::size_t>(picture.start.dimension());
   const Selection shown(picture, true, 1);
-  TimeRow row{{}, {}, true, kVertices};
+  TimeRow row{{}, {}, true, kVertices, stacked};
   for (std::size_t i = 0; i < d; ++i) {
     row.headings.push_back(fmt::format("Momenta p, component {}, over time t", "xyz"[i]));
     if (i == 0 && shown.path_count < shown.paths.size())

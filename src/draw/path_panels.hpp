@@ -42,12 +42,13 @@ class ValueAxis {
   Interval range_;
 };
 
-/// Panels side by side that share the axis of values.
+/// Panels side by side, or one above the other, that share the axis of values.
 struct TimeRow {
   std::vector<std::string> headings;        // one for each panel
   std::vector<std::vector<Curve>> columns;  // the curves of each panel, later ones above
   bool zero_line;                           // a thin line at zero
   std::size_t vertices;                     // to draw in all panels together, at most
+  bool stacked = false;                     // one above the other
 };
 
 /// The row, made ready to be drawn.
@@ -57,6 +58,9 @@ class TimePanels {
 
   /// Room that the numbers at the left take in panels of this height.
   double number_room(double height) const { return left_number_width(axis_.tics(height)); }
+
+  /// Of the box of panels of this height.
+  double height_of(double panel) const;
 
   /// Draws the panels into the box, which is that of their frames; headings, tics and numbers lie outside.
   void draw(Canvas& canvas, const Box& box) const;
@@ -74,10 +78,10 @@ double opacity(std::size_t count);
 std::string some_of(std::size_t shown, std::size_t all, std::string_view what);
 
 /// d = 1: positions or momenta over time, in one panel or, where `columns` > 1, in one for each of so many paths.
-TimePanels line_panels(const PathPicture& picture, bool momenta, std::size_t columns);
+TimePanels line_panels(const PathPicture& picture, bool momenta, std::size_t columns, bool stacked);
 
 /// d > 1: the components of the momenta over time, each in a panel.
-TimePanels component_panels(const PathPicture& picture);
+TimePanels component_panels(const PathPicture& picture, bool stacked);
 
 /// The colour of each landmark: on a line by position at the start. In the plane and in space, where time has that
 /// palette, few landmarks have the colours of groups.

@@ -169,47 +169,54 @@ std::vector<LegendEntry> legend_of(const PathPicture& picture, const Ends& ends,
   return legend;
 }
 
-/// The views of the positions, and the momenta of few landmarks in a strip below these.
+/// The views of the positions, and the momenta of few landmarks in a strip below these, or in one strip for each
+/// component where the views are as narrow as a phone.
 Plan arrange_above_momenta(const PathPicture& picture, Arrangement arrangement,
                            const std::function<Plan(const Arrangement&)>& arranged) {
   if (!has_few_landmarks(picture)) return arranged(arrangement);
-  const TimePanels momenta = component_panels(picture);
+  const bool narrow = arrangement.most_width == kNarrowWidth;
+  const TimePanels momenta = component_panels(picture, narrow);
+  const double height = momenta.height_of(kStripHeight);
   arrangement.tallest *= 0.7;
   arrangement.number_room = momenta.number_room(kStripHeight);
-  arrangement.room_below = kHeading + kStripHeight + kTicRoom;
-  arrangement.least_width = kWidth;
+  arrangement.room_below = kHeading + height + kTicRoom;
+  arrangement.least_width = arrangement.most_width;
   Plan plan = arranged(arrangement);
   const double left = plan.views.front().box.left;
-  momenta.draw(plan.canvas, {left, kLegendRoom + kTicRoom, plan.canvas.width() - kEdge - left, kStripHeight});
+  momenta.draw(plan.canvas, {left, kLegendRoom + kTicRoom, plan.canvas.width() - kEdge - left, height});
   return plan;
 }
 
-Canvas compose_paths_on_line(const PathPicture& picture) {
-  constexpr double kPositionHeight = 480, kMomentumHeight = 360;
+Canvas compose_paths_on_line(const PathPicture& picture, bool narrow) {
+  const double position_height = narrow ? 360 : 480, momentum_height = narrow ? 280 : 360;
   const std::size_t paths = picture.positions.size();
   const std::size_t columns = paths <= kMostColumns && picture.start.count() > 1 ? paths : 1;
-  const TimePanels positions = line_panels(picture, false, columns), momenta = line_panels(picture, true, columns);
-  const double left = kEdge + std::max(positions.number_room(kPositionHeight), momenta.number_room(kMomentumHeight));
-  const double width = kWidth - kEdge - left, bottom = kLegendRoom + kTicRoom;
-  const double upper = bottom + kMomentumHeight + kHeading + kTicRoom;
-  Canvas canvas = titled_canvas(titles_of(picture), left, kWidth, upper + kPositionHeight + kHeading);
-  positions.draw(canvas, {left, upper, width, kPositionHeight});
-  momenta.draw(canvas, {left, bottom, width, kMomentumHeight});
+  const TimePanels positions = line_panels(picture, false, columns, narrow),
+                   momenta = line_panels(picture, true, columns, narrow);
+  const double left = kEdge + std::max(positions.number_room(position_height), momenta.number_room(momentum_height));
+  const double width = narrow ? kNarrowWidth : kWidth, bottom = kLegendRoom + kTicRoom;
+  const double upper_height = positions.height_of(position_height), lower_height = momenta.height_of(momentum_height);
+  const double upper = bottom + lower_height + kHeading + kTicRoom;
+  Canvas canvas = titled_canvas(narrow ? Titles() : titles_of(picture), left, width, upper + upper_height + kHeading);
+  positions.draw(canvas, {left, upper, width - kEdge - left, upper_height});
+  momenta.draw(canvas, {left, bottom, width - kEdge - left, lower_height});
   draw_legend(canvas, legend_of_landmarks(picture));
   return canvas;
 }
 
-Canvas compose_paths_in_plane(const PathPicture& picture) {
+Canvas compose_paths_in_plane(const PathPicture& picture, bool narrow) {
   const bool alone = picture.positions.size() == 1, few = has_few_landmarks(picture);
   const Points tips = alone && !few ? arrow_tips(picture) : Points(2, 0);
   const Ends ends = choose_ends(picture, kEndVertices);
   const std::vector<Interval> ranges = data_ranges(picture, ends, tips, 0.15);
   const View view{.box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.start.frame.y_down};
-  const bool stacked = view.x.span() > 2.2 * view.y.span();
+  const bool stacked = narrow || view.x.span() > 2.2 * view.y.span();
   std::vector<View> views(alone && few ? 1 : 2, view);
   Plan plan = arrange_above_momenta(
-      picture, {stacked, stacked ? 560.0 : 900.0, stacked},
-      [&](const Arrangement& arrangement) { return arrange(titles_of(picture), views, arrangement); });
+      picture, narrow ? narrow_arrangement() : Arrangement{stacked, stacked ? 560.0 : 900.0, stacked},
+      [&](const Arrangement& arrangement) {
+        return arrange(narrow ? Titles() : titles_of(picture), views, arrangement);
+      });
   Canvas& canvas = plan.canvas;
   const Figure figure = plan_start(picture, plan);
 
@@ -228,11 +235,12 @@ Canvas compose_paths_in_plane(const PathPicture& picture) {
   return std::move(canvas);
 }
 
-Canvas compose_paths_in_space(const PathPicture& picture) {
+Canvas compose_paths_in_space(const PathPicture& picture, bool narrow) {
   const Ends ends = choose_ends(picture, kEndVertices / 3);
   const std::vector<Interval> ranges = data_ranges(picture, ends, Points(3, 0), 0.4);
-  Plan plan = arrange_above_momenta(picture, {}, [&](const Arrangement& arrangement) {
-    return arrange_space(titles_of(picture), ranges, arrangement);
+  const Arrangement wanted = narrow ? narrow_arrangement() : Arrangement();
+  Plan plan = arrange_above_momenta(picture, wanted, [&](const Arrangement& arrangement) {
+    return arrange_space(narrow ? Titles() : titles_of(picture), ranges, arrangement);
   });
   const Figure figure = plan_start(picture, plan);
   draw_displacements(plan.canvas, plan.side, picture.start.points, picture.positions.front().back(), figure);
@@ -269,10 +277,11 @@ void check(const PathPicture& picture) {
 void write_path_picture(const PathPicture& picture, const PictureFiles& files) {
   check(picture);
   const int d = picture.start.dimension();
-  const Canvas canvas = d == 1   ? compose_paths_on_line(picture)
-                        : d == 2 ? compose_paths_in_plane(picture)
-                                 : compose_paths_in_space(picture);
-  canvas.write(files);
+  write_layouts(files, [&](bool narrow) {
+    return d == 1   ? compose_paths_on_line(picture, narrow)
+           : d == 2 ? compose_paths_in_plane(picture, narrow)
+                    : compose_paths_in_space(picture, narrow);
+  });
 }
 
 }  // namespace pulson::draw

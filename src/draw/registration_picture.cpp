@@ -84,16 +84,8 @@ std::vector<LegendEntry> legend_of_shapes(const Figures& figures, const Registra
   return entries;
 }
 
-// A layout for screens as narrow as a phone's: text of 20 pixels is one of 11 to 13 there.
-constexpr double kNarrow = 600, kTallestNarrow = 700;
-
 Arrangement arrangement_of(const View& view, bool narrow) {
-  if (narrow)
-    return {.stacked = true,
-            .tallest = kTallestNarrow,
-            .all_numbered = true,
-            .least_width = kNarrow,
-            .most_width = kNarrow};
+  if (narrow) return narrow_arrangement();
   const bool stacked = view.x.span() > 2.2 * view.y.span();
   return {.stacked = stacked, .tallest = stacked ? 560.0 : 900.0, .all_numbered = stacked};
 }
@@ -132,8 +124,9 @@ Canvas compose_plane(const RegistrationPicture& picture, bool narrow) {
   return std::move(canvas);
 }
 
-Canvas compose_space(const RegistrationPicture& picture) {
-  Plan plan = arrange_space(titles_of(picture), data_ranges(picture, 0.4));
+Canvas compose_space(const RegistrationPicture& picture, bool narrow) {
+  Plan plan = narrow ? arrange_space({}, data_ranges(picture, 0.4), narrow_arrangement())
+                     : arrange_space(titles_of(picture), data_ranges(picture, 0.4));
   const Figures figures = plan_figures(picture, scale_of(plan.views[0]));
   const Figure& figure = figures.source;
   draw_displacements(plan.canvas, plan.side, picture.source.points, picture.result, figure,
@@ -161,22 +154,26 @@ Canvas compose_space(const RegistrationPicture& picture) {
   return std::move(plan.canvas);
 }
 
-Canvas compose_line(const RegistrationPicture& picture) {
+constexpr double kNarrowHeight = 420;  // of each panel on a narrow screen
+
+Canvas compose_line(const RegistrationPicture& picture, bool narrow) {
   const bool has_map = picture.source.count() >= kManyOnLine && picture.corresponds;
-  constexpr double kMapHeight = 560, kMapRoom = kMapHeight + kHeading + kTicRoom;
-  const double panel_height = has_map ? 420 : 760;
+  const double width = narrow ? kNarrowWidth : kWidth;
+  const double map_height = narrow ? 2 * kNarrowHeight + kHeading + kTicRoom : 560;
+  const double panel_height = narrow ? kNarrowHeight : has_map ? 420 : 760;
   const Interval x = data_ranges(picture, 1)[0];
   const double start = picture.times.front(), end = picture.times.back();
   const Interval t = Interval{start, end}.with_span((1 + 2 * kMargin) * (end - start));
   const double left = kEdge + left_number_width(x, panel_height);
-  const double height = kHeading + panel_height + kTicRoom + kLegendRoom + (has_map ? kMapRoom : 0);
-  Canvas canvas = titled_canvas(titles_of(picture), left, kWidth, height);
-  const View view{{left, kTicRoom + kLegendRoom, kWidth - kEdge - left, panel_height}, t, x};
+  const double height =
+      kHeading + panel_height + kTicRoom + kLegendRoom + (has_map ? map_height + kHeading + kTicRoom : 0);
+  Canvas canvas = titled_canvas(narrow ? Titles() : titles_of(picture), left, width, height);
+  const View view{{left, kTicRoom + kLegendRoom, width - kEdge - left, panel_height}, t, x};
   const Figures figures = plan_figures(picture, panel_height / x.span());
   const Figure& figure = figures.source;
   if (has_map)
-    draw_map_panels(canvas, {left, view.box.bottom + panel_height + kHeading + kTicRoom, view.box.width, kMapHeight},
-                    picture, figure);
+    draw_map_panels(canvas, {left, view.box.bottom + panel_height + kHeading + kTicRoom, view.box.width, map_height},
+                    narrow, picture, figure);
   draw_frame(canvas, view, "Position x over time t, a colour for each landmark", true);
   canvas.lines(view.pixels(picture.grid_paths), kGridStroke);
 
@@ -250,16 +247,12 @@ void check(const RegistrationPicture& picture) {
 
 void write_registration_picture(const RegistrationPicture& picture, const PictureFiles& files) {
   check(picture);
-  const Canvas canvas = picture.source.dimension() == 1   ? compose_line(picture)
-                        : picture.source.dimension() == 2 ? compose_plane(picture, false)
-                                                          : compose_space(picture);
-  canvas.write(files);
-}
-
-std::string narrow_registration_png(const RegistrationPicture& picture) {
-  check(picture);
-  if (picture.source.dimension() != 2) return {};
-  return compose_plane(picture, true).png({}, 96);
+  const int d = picture.source.dimension();
+  write_layouts(files, [&](bool narrow) {
+    return d == 1   ? compose_line(picture, narrow)
+           : d == 2 ? compose_plane(picture, narrow)
+                    : compose_space(picture, narrow);
+  });
 }
 
 }  // namespace pulson::draw

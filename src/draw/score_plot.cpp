@@ -11,6 +11,7 @@ namespace pulson::draw {
 namespace {
 
 constexpr double kPanelWidth = 1000, kTallestPlot = 760, kLeastHeight = 420;
+constexpr double kLeft = (kLeastWidth - kPanelWidth) / 2 + 30, kNarrowLeft = 96;  // with room for numbers
 constexpr double kDot = 5.5, kDotMargin = 1.5;
 constexpr double kLabelText = 15, kAxisLabel = 18;
 
@@ -48,21 +49,25 @@ void draw_labels(Canvas& canvas, const View& view, const ScorePlot& plot) {
   }
 }
 
-Canvas compose(const ScorePlot& plot) {
+Canvas compose(const ScorePlot& plot, bool narrow) {
   Interval x = range_of_scores(plot, 0), y = range_of_scores(plot, 1);
-  double height = plot.same_scale ? std::clamp(kPanelWidth * y.span() / x.span(), kLeastHeight, kTallestPlot) : 620;
+  const double width = narrow ? kNarrowWidth : kLeastWidth, left = narrow ? kNarrowLeft : kLeft;
+  const double panel_width = narrow ? width - left - kEdge : kPanelWidth;
+  const double tallest = std::min(kTallestPlot, 1.2 * panel_width);
+  double height =
+      plot.same_scale ? std::clamp(panel_width * y.span() / x.span(), kLeastHeight, tallest) : std::min(620.0, tallest);
   if (plot.same_scale) {
-    const double scale = std::min(kPanelWidth / x.span(), height / y.span());
-    x = x.with_span(kPanelWidth / scale);
+    const double scale = std::min(panel_width / x.span(), height / y.span());
+    x = x.with_span(panel_width / scale);
     y = y.with_span(height / scale);
   }
-  const double left = (kLeastWidth - kPanelWidth) / 2 + 30;
   const bool grouped = plot.groups.size() > 1 || !plot.groups.front().name.empty();
   const double below = (grouped ? kLegendRoom : kEdge) + kTicRoom + 30;
-  Canvas canvas = titled_canvas({plot.title, plot.subtitle}, left, kLeastWidth, kHeading + height + below);
-  const View view{{left, below, kPanelWidth, height}, x, y};
+  Canvas canvas =
+      titled_canvas(narrow ? Titles() : Titles{plot.title, plot.subtitle}, left, width, kHeading + height + below);
+  const View view{{left, below, panel_width, height}, x, y};
   draw_frame(canvas, view, plot.y_label, true);
-  canvas.text(left + kPanelWidth, view.box.bottom - kTicRoom - 8, plot.x_label, kAxisLabel, colour::kText,
+  canvas.text(left + panel_width, view.box.bottom - kTicRoom - 8, plot.x_label, kAxisLabel, colour::kText,
               Align::kRight);
   std::vector<LegendEntry> legend;
   for (std::size_t g = 0; g < plot.groups.size() && grouped; ++g)
@@ -107,7 +112,7 @@ void write_score_plot(const ScorePlot& plot, const PictureFiles& files) {
   const Checks checks("scores plot");
   if (plot.groups.empty()) checks.refuse("there are no groups");
   for (const ScorePlot::Group& group : plot.groups) checks.points(group.scores, 2, "the scores");
-  compose(plot).write(files);
+  write_layouts(files, [&](bool narrow) { return compose(plot, narrow); });
 }
 
 }  // namespace pulson::draw

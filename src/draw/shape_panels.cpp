@@ -90,23 +90,33 @@ std::vector<LegendEntry> legend_of(const ShapePanels& picture, const Figure& fig
   return legend;
 }
 
-Canvas compose(const ShapePanels& picture) {
+using PanelRows = std::vector<std::vector<ShapePanel>>;
+
+PanelRows one_above_the_other(const PanelRows& rows) {
+  PanelRows column;
+  for (const auto& row : rows)
+    for (const ShapePanel& panel : row) column.push_back({panel});
+  return column;
+}
+
+Canvas compose(const ShapePanels& picture, bool narrow) {
   const std::vector<View> planes = views_of(picture);
+  const PanelRows rows = narrow ? one_above_the_other(picture.rows) : picture.rows;
   std::size_t columns = 1;
-  for (const auto& row : picture.rows) columns = std::max(columns, row.size());
+  for (const auto& row : rows) columns = std::max(columns, row.size());
   const auto count = static_cast<double>(columns);
-  const double room = (kWidth - 2 * kEdge - (count - 1) * kGap) / count;
-  const double tallest = picture.rows.size() == 1 && planes.size() == 1 ? kTallestAlone : kTallestPanel;
+  const double room = ((narrow ? kNarrowWidth : kWidth) - 2 * kEdge - (count - 1) * kGap) / count;
+  const double tallest = rows.size() == 1 && planes.size() == 1 ? kTallestAlone : kTallestPanel;
   double scale = 1e300;
   for (const View& plane : planes) scale = std::min({scale, room / plane.x.span(), tallest / plane.y.span()});
   double rows_height = 0;
   for (const View& plane : planes) rows_height += scale * plane.y.span() + kHeading + kRowGap;
   const double used = count * scale * planes.front().x.span() + (count - 1) * kGap + 2 * kEdge;
-  const double width = std::max(kLeastWidth, used), left = (width - used) / 2 + kEdge;
-  double top = static_cast<double>(picture.rows.size()) * rows_height + kLegendRoom;
-  Canvas canvas = titled_canvas({picture.title, picture.subtitle}, left, width, top);
+  const double width = std::max(narrow ? kNarrowWidth : kLeastWidth, used), left = (width - used) / 2 + kEdge;
+  double top = static_cast<double>(rows.size()) * rows_height + kLegendRoom;
+  Canvas canvas = titled_canvas(narrow ? Titles() : Titles{picture.title, picture.subtitle}, left, width, top);
   const Figure figure = plan_figure(picture.reference, scale);
-  for (const auto& row : picture.rows)
+  for (const auto& row : rows)
     for (const View& plane : planes) {
       const double panel_width = scale * plane.x.span(), height = scale * plane.y.span();
       top -= kHeading + height;
@@ -130,7 +140,7 @@ void write_shape_panels(const ShapePanels& picture, const PictureFiles& files) {
     for (const ShapePanel& panel : row)
       if (panel.shape.size() > 0)
         checks.landmarks(panel.shape, picture.reference, "the reference", "the shape '" + panel.heading + "'");
-  compose(picture).write(files);
+  write_layouts(files, [&](bool narrow) { return compose(picture, narrow); });
 }
 
 }  // namespace pulson::draw

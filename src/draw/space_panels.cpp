@@ -90,6 +90,13 @@ Plan arrange_space(const Titles& titles, const std::vector<Interval>& ranges, co
   const auto [a, b, c] = axes;
   const auto view = [&](int i, int j) { return View{{}, ranges[i], ranges[j], i, j}; };
   std::vector<View> views = {view(a, c), view(b, c), view(a, b)};
+  if (arrangement.stacked) {
+    views.push_back(views.front());  // room for the view from the side
+    Plan plan = arrange(titles, views, arrangement);
+    plan.side = plan.views.back().box;
+    plan.views.pop_back();
+    return plan;
+  }
   const double across = ranges[a].span() + ranges[b].span(), down = ranges[c].span() + ranges[b].span();
   const auto scale_beside = [&](double numbers) {
     return std::min((kWidth - 2 * kEdge - kGap - 2 * numbers) / across, kTallestRows / down);

@@ -9,7 +9,8 @@ namespace pulson::draw {
 
 /// Arranges the three coordinate planes, of one scale, in two rows, like the faces of a box that is unfolded: with a,
 /// b, c the axes from the longest range to the shortest, (a, c) and (b, c) above, (a, b) and the view from the side
-/// below. `tallest` and `all_numbered` of the arrangement are not used.
+/// below; or, where they are stacked, each below the other. `tallest` and `all_numbered` of the arrangement are used
+/// there alone.
 Plan arrange_space(const Titles& titles, const std::vector<Interval>& ranges, const Arrangement& arrangement = {});
 
 /// The surface in a panel, below what is drawn after it; what was drawn before shines through. Nothing where it has no

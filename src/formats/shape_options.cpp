@@ -324,8 +324,8 @@ std::string note_of_scales(const std::vector<Landmarks>& shapes) {
   for (const Landmarks& shape : shapes) scales += shape.scale ? 1 : 0;
   if (scales == 0) return {};
   return fmt::format(
-      "SCALE is recorded ({} of {}) and not applied to the coordinates; `applies_scale` multiplies by it", scales,
-      text::counted(shapes.size(), "shape"));
+      "SCALE ({} of {}) is kept and not applied: coordinates are in pixels; `applies_scale` multiplies them by it",
+      scales, text::counted(shapes.size(), "shape"));
 }
 
 std::string note_of_curves(const std::vector<Landmarks>& shapes) {

@@ -12,8 +12,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr int kVersion = 1;
-constexpr std::size_t kMostSpecimens = 20'000, kMostLandmarks = 5'000, kMostLinks = 20'000, kMostText = 4'000;
+constexpr int kVersion = 2;
+constexpr std::size_t kMostSpecimens = 20'000, kMostLandmarks = 5'000, kMostLinks = 20'000, kMostCharacters = 4'000;
 constexpr double kMostPixels = 1 << 20;  // of a side, as images::read_pages has it
 
 /// Reads the parts of a document; what is wrong with one names its place.
@@ -42,7 +42,14 @@ class DocumentReader {
       if (!item.is_string()) fail("exported", "holds what is no text");
       document.exported.push_back(item.get<std::string>());
     }
+    for (const Json& item : list(json, "shapes", kMostSpecimens)) read_shape(item, document);
     return document;
+  }
+
+  void require_shapes(const ViewDocument& document) const {
+    for (const ViewSpecimen& specimen : document.specimens)
+      if (!specimen.shape.empty() && !document.shapes.contains(specimen.shape))
+        fail("shapes", fmt::format("lacks {}", specimen.shape));
   }
 
  private:
@@ -63,7 +70,7 @@ class DocumentReader {
     if (!json.contains(key) || json[key].is_null()) return {};
     if (!json[key].is_string()) fail(key, "is no text");
     auto text = json[key].get<std::string>();
-    if (text.size() > kMostText) fail(key, "is too long");
+    if (text.size() > kMostCharacters) fail(key, "is too long");
     return text;
   }
 
@@ -125,6 +132,12 @@ class DocumentReader {
     }
   }
 
+  void read_shape(const Json& item, ViewDocument& document) const {
+    OpenedShape opened = opened_of_json(item, name_);
+    opened.shape.source = text_of(item, "address");
+    document.shapes[opened.shape.source] = std::move(opened);
+  }
+
   std::string name_;
 };
 
@@ -151,7 +164,18 @@ Json json_of(const std::vector<PlacedLandmark>& landmarks) {
 }  // namespace
 
 ViewDocument document_of_json(const std::string& name, std::string_view text) {
-  return DocumentReader(name).read(text);
+  const DocumentReader reader(name);
+  ViewDocument document = reader.read(text);
+  reader.require_shapes(document);
+  return document;
+}
+
+ViewDocument document_of_page(std::string_view text, const std::map<std::string, OpenedShape>& shapes) {
+  const DocumentReader reader("the page");
+  ViewDocument document = reader.read(text);
+  document.shapes = shapes;
+  reader.require_shapes(document);
+  return document;
 }
 
 std::string json_of_document(const ViewDocument& document) {
@@ -170,6 +194,11 @@ std::string json_of_document(const ViewDocument& document) {
                                 {"height", specimen.height}, {"points", json_of(specimen.landmarks)}};
     if (!specimen.second_pass.empty()) item["second"] = json_of(specimen.second_pass);
     json["specimens"].push_back(std::move(item));
+  }
+  for (const auto& [address, opened] : document.shapes) {
+    nlohmann::ordered_json item{{"address", address}};
+    item.update(json_of_opened(opened));
+    json["shapes"].push_back(std::move(item));
   }
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }

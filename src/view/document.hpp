@@ -4,13 +4,15 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Core>
-#include <nlohmann/json_fwd.hpp>
+
+#include "opened_shape.hpp"
 
 namespace pulson::view {
 
@@ -34,7 +36,7 @@ struct ViewSpecimen {
   int height = 0;
   std::vector<PlacedLandmark> landmarks{};    ///< as many as landmarks
   std::vector<PlacedLandmark> second_pass{};  ///< digitised again; empty, or as many
-  std::string shape{};                        ///< address of the shape that was opened: `file.tps#3`; may be empty
+  std::string shape{};  ///< address of the shape that was opened, `file.tps#3`, one of ViewDocument::shapes; or empty
 };
 
 struct ViewLandmark {
@@ -46,14 +48,18 @@ struct ViewDocument {
   std::int64_t revision = 0;  ///< rises with each change
   std::vector<ViewSpecimen> specimens;
   std::vector<ViewLandmark> landmarks;
-  std::vector<std::pair<int, int>> links;  ///< of the wireframe, landmarks from 0
-  std::array<int, 2> shown{0, 1};          ///< specimens on the left and on the right
-  std::string opened{};                    ///< the landmark file that was opened, from the folder of the document
-  std::vector<std::string> exported{};     ///< names of files that this document was exported to
+  std::vector<std::pair<int, int>> links;       ///< of the wireframe, landmarks from 0
+  std::array<int, 2> shown{0, 1};               ///< specimens on the left and on the right
+  std::string opened{};                         ///< the landmark file that was opened, from the folder of the document
+  std::vector<std::string> exported{};          ///< names of files that this document was exported to
+  std::map<std::string, OpenedShape> shapes{};  ///< that were opened, by their addresses
 };
 
-/// @throws InputError "NAME: place problem" where it is none
+/// @throws InputError "NAME: place problem" where it is none, or where a specimen's shape is none of `shapes`
 ViewDocument document_of_json(const std::string& name, std::string_view text);
+/// A document as the page sends it, which has not got the shapes that were opened: they are `shapes`.
+ViewDocument document_of_page(std::string_view text, const std::map<std::string, OpenedShape>& shapes);
+
 std::string json_of_document(const ViewDocument& document);
 
 }  // namespace pulson::view

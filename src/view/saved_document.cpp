@@ -30,11 +30,6 @@ ViewDocument SavedDocument::document() const {
   return document_;
 }
 
-std::string SavedDocument::json() const {
-  const std::lock_guard lock(mutex_);
-  return json_of_document(document_);
-}
-
 SavedDocument::Outcome SavedDocument::replace(ViewDocument document, std::int64_t base) {
   const std::lock_guard lock(mutex_);
   if (base != document_.revision) return Outcome::kConflict;

@@ -23,7 +23,6 @@ class SavedDocument {
   bool load();
 
   ViewDocument document() const;
-  std::string json() const;
 
   enum class Outcome { kSaved, kConflict };
   /// Replaces the document, where its revision is that of `base`, and writes the file. The revision rises by one.

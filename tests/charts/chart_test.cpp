@@ -46,6 +46,30 @@ TEST_F(ChartTest, WritesBothFilesInEveryStyleAndGrid) {
   EXPECT_EQ(files(), (std::set<std::string>{"chart.png", "chart.svg"}));
 }
 
+// What stands side by side stands one above the other on narrow screens, in the same picture as panels that do so
+// anyway; titles are left out.
+TEST_F(ChartTest, NarrowScreensHaveOneColumn) {
+  const auto narrow_layout = [](const Chart& chart) {
+    std::string narrow;
+    write_chart(chart, {.png = "chart.png", .narrow = &narrow});
+    return narrow;
+  };
+  Chart row{.title = "a title", .subtitle = "a subtitle", .rows = {{}}}, column;
+  for (const std::string heading : {"one", "two", "three"}) {
+    const ChartPanel panel{.heading = heading, .x_label = "x", .series = {wave("w")}};
+    row.rows[0].push_back(panel);
+    column.rows.push_back({panel});
+  }
+  const std::string narrow = narrow_layout(row);
+  EXPECT_EQ(size_of_png(narrow).first, 600);
+  EXPECT_TRUE(narrow == narrow_layout(column));
+  // Panels of a row that share y keep its range, each with its numbers.
+  for (double& y : row.rows[0][1].series[0].y) y *= 10;
+  const std::string own_ranges = narrow_layout(row);
+  row.rows_share_y = true;
+  EXPECT_FALSE(own_ranges == narrow_layout(row));
+}
+
 TEST_F(ChartTest, NumbersCountedThingsByWholeNumbersAlone) {
   ChartPanel panel{.series = {{.name = "", .x = {1, 2, 3}, .y = {5, 6, 7}, .style = SeriesStyle::kPoints}}};
   EXPECT_TRUE(contains(draw(panel), ">1.2<") || contains(draw(panel), ">1.5<"));

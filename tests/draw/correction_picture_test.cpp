@@ -55,6 +55,15 @@ TEST(CorrectionPicture, MarksWhatIsWrongAndWhereItBelongs) {
   for (const char* name : {"2", "5"}) EXPECT_EQ(std::count(texts.begin(), texts.end(), name), 2) << name;
 }
 
+TEST(CorrectionPicture, StandsOneAboveTheOtherOnNarrowScreens) {
+  const std::string svg = correction_svg(exchanged_pair(), true);
+  EXPECT_NE(svg.find("width=\"600\""), std::string::npos);
+  const SvgParts wrong = svg_parts(svg, kWrongColour), mended = svg_parts(svg, kMendedColour);
+  ASSERT_EQ(mended.discs.size(), 3U);
+  EXPECT_NEAR(mended.discs[0](0), wrong.discs[1](0), 0.02) << "below it";
+  EXPECT_GT(mended.discs[0](1), wrong.discs[1](1) + 100);
+}
+
 TEST(CorrectionPicture, ShowsWhereAMissingOneBelongs) {
   CorrectionPicture picture = exchanged_pair();
   picture.reference.labels = {"a", "b", "c", "d", "e", "f"};

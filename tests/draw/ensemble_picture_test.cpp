@@ -57,6 +57,16 @@ TEST_F(EnsemblePictureTest, HasAnEllipseForEachLandmarkInEachPanel) {
     }
 }
 
+TEST_F(EnsemblePictureTest, StandsOneAboveTheOtherOnNarrowScreens) {
+  std::string plane, space;
+  write_ensemble_picture(some_ensemble(2, 5), {.png = "ensemble.png", .narrow = &plane});
+  write_ensemble_picture(some_ensemble(3, 5), {.png = "ensemble.png", .narrow = &space});
+  EXPECT_EQ(size_of_png(plane).first, 600);
+  EXPECT_EQ(size_of_png(space).first, 600);
+  EXPECT_GE(size_of_png(plane).second, 300);
+  EXPECT_GE(size_of_png(space).second, 4 * 250) << "three planes and the view from the side";
+}
+
 // An outline whose mean path leads so far away that it is a point: its marks are as far apart as it has landmarks.
 TEST_F(EnsemblePictureTest, OfAnOutlineThatIsAPointInItHasAnEnd) {
   EnsemblePicture picture = some_ensemble(2, 40);

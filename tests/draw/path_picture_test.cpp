@@ -4,6 +4,7 @@
 #include <limits>
 #include <random>
 #include <set>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
@@ -53,6 +54,18 @@ PathPicture walks(int d, int n, std::size_t paths, int steps) {
   picture.title = "walks";
   picture.subtitle = "seed 42";
   return picture;
+}
+
+// Panels that stand side by side, of paths or of components, stand one above the other: each at least 200 pixels high.
+TEST_F(PathPictureTest, StandsOneAboveTheOtherOnNarrowScreens) {
+  for (const auto& [d, n, paths, panels] : {std::tuple(1, 2, 3, 6), std::tuple(1, 2, 9, 2), std::tuple(2, 2, 3, 4),
+                                            std::tuple(2, 40, 1, 2), std::tuple(3, 2, 1, 7), std::tuple(3, 40, 3, 4)}) {
+    std::string narrow;
+    write_path_picture(walks(d, n, static_cast<std::size_t>(paths), 50), {.png = "paths.png", .narrow = &narrow});
+    const auto [width, height] = size_of_png(narrow);
+    EXPECT_EQ(width, 600);
+    EXPECT_GE(height, 200 * panels) << d << "D, N = " << n << ", " << paths << " paths";
+  }
 }
 
 TEST_F(PathPictureTest, WritesBothFilesInEachDimension) {

@@ -3,7 +3,7 @@
 #include <limits>
 #include <numbers>
 #include <string>
-#include <utility>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
@@ -61,6 +61,12 @@ class RegistrationPictureTest : public PictureTest {
     return target_in(expect_whole_pictures("picture.png", "picture.svg"));
   }
 
+  static std::string narrow_layout(const RegistrationPicture& picture) {
+    std::string narrow;
+    write_registration_picture(picture, {.png = "picture.png", .narrow = &narrow});
+    return narrow;
+  }
+
   static std::string refusal(const RegistrationPicture& picture) {
     return error_of([&] { write_registration_picture(picture, {"picture.png", "picture.svg"}); });
   }
@@ -70,16 +76,6 @@ class RegistrationPictureTest : public PictureTest {
 std::size_t panels(int d) { return static_cast<std::size_t>(d); }
 std::size_t joined_panels(int d) { return d == 3 ? 3 : d == 2 ? 1 : 0; }
 
-// Width and height of a PNG: big-endian numbers at byte 16.
-std::pair<int, int> size_of_png(const std::string& png) {
-  const auto number = [&](std::size_t first) {
-    int value = 0;
-    for (std::size_t i = first; i < first + 4; ++i) value = 256 * value + static_cast<unsigned char>(png.at(i));
-    return value;
-  };
-  return {number(16), number(20)};
-}
-
 TEST_F(RegistrationPictureTest, StandsOneAboveTheOtherOnNarrowScreens) {
   for (const double height_of_shape : {0.05, 1.0, 20.0}) {
     RegistrationPicture picture = example(2, 8, loop(2, 8, 3));
@@ -87,13 +83,18 @@ TEST_F(RegistrationPictureTest, StandsOneAboveTheOtherOnNarrowScreens) {
     std::vector<Points*> all{&picture.source.points, &picture.target.points, &picture.result};
     for (Points& points : picture.trajectory) all.push_back(&points);
     for (Points* points : all) points->row(1) *= height_of_shape;
-    const auto [width, height] = size_of_png(narrow_registration_png(picture));
+    const auto [width, height] = size_of_png(narrow_layout(picture));
     EXPECT_EQ(width, 600) << height_of_shape;
     EXPECT_GE(height, height_of_shape < 1 ? 350 : 1200) << height_of_shape;
     EXPECT_LE(height, height_of_shape < 1 ? 700 : 1800) << height_of_shape;
   }
-  EXPECT_EQ(narrow_registration_png(example(1, 8, loop(1, 8, 3))), "");
-  EXPECT_EQ(narrow_registration_png(example(3, 8, loop(3, 8, 3))), "");
+  // On a line of many landmarks the map in two panels below the paths over time, in space three planes and the view
+  // from the side: each at least 300 pixels high.
+  for (const auto& [d, n, panel_count] : {std::tuple(1, 8, 1), std::tuple(1, 20, 3), std::tuple(3, 8, 4)}) {
+    const auto [width, height] = size_of_png(narrow_layout(example(d, n, loop(d, n, 3))));
+    EXPECT_EQ(width, 600);
+    EXPECT_GE(height, 300 * panel_count) << d << "D, N = " << n;
+  }
 }
 
 TEST_F(RegistrationPictureTest, DrawsATargetThatDoesNotCorrespondByItsOwnPoints) {

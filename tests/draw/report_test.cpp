@@ -205,6 +205,11 @@ TEST(OutlineKindTest, IsScaleFreeAndHeedsJumps) {
   Points two_circles(2, 200);
   two_circles << circle, circle.colwise() + Eigen::Vector2d(5, 0);
   EXPECT_EQ(outline_kind(two_circles), OutlineKind::kNone);
+  // One within the other, of which the jump is no longer than three of the larger one's gaps.
+  const Points ring = arc(2, 30, 2 * std::numbers::pi);
+  Points two_rings(2, 60);
+  two_rings << ring, 0.6 * ring;
+  EXPECT_EQ(outline_kind(two_rings), OutlineKind::kNone);
 }
 
 // Twelve landmarks around the head of a salamander, of which two of ten turns are sharp.

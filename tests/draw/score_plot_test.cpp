@@ -80,6 +80,31 @@ TEST_F(ScorePlotTest, GroupsDifferInTheShapesOfTheirMarks) {
   for (const std::string name : {">a<", ">b<", ">c<"}) EXPECT_TRUE(contains(svg, name));
 }
 
+TEST_F(ScorePlotTest, NarrowScreensHaveALayoutOfTheirOwn) {
+  std::string narrow;
+  write_score_plot({.groups = {grid_of(5)}, .x_label = "x", .y_label = "y", .title = "t", .subtitle = {}},
+                   {.png = "scores.png", .narrow = &narrow});
+  EXPECT_EQ(size_of_png(narrow).first, 600);
+  // Shapes side by side become a column, which has no titles.
+  ShapePanels row, column;
+  row.reference.points = (Points(2, 3) << 0, 10, 5, 0, 0, 8).finished();
+  row.reference_name = "template";
+  row.shape_name = "shape";
+  column = row;
+  row.title = "a title";
+  for (const std::string name : {"one", "two"}) {
+    const ShapePanel panel{name, row.reference.points.array() + 1};
+    if (row.rows.empty()) row.rows.emplace_back();
+    row.rows[0].push_back(panel);
+    column.rows.push_back({panel});
+  }
+  std::string of_row, of_column;
+  write_shape_panels(row, {.png = "shapes.png", .narrow = &of_row});
+  write_shape_panels(column, {.png = "shapes.png", .narrow = &of_column});
+  EXPECT_EQ(size_of_png(of_row).first, 600);
+  EXPECT_TRUE(of_row == of_column);
+}
+
 TEST_F(ScorePlotTest, TemplatesHaveNumbersAndModesNameTheirDisplacements) {
   ShapePanels picture;
   picture.reference.points = (Points(2, 3) << 0, 10, 5, 0, 0, 8).finished();

@@ -58,8 +58,8 @@ TEST_F(TpsFile, WarnsOncePerFileOfWhatIsNotUsed) {
   EXPECT_EQ(file.shapes[0].points, Eigen::Vector2d(1, 2));
   EXPECT_THAT(
       file.warnings,
-      ElementsAre("set.tps: SCALE is recorded (2 of 3 shapes) and not applied to the coordinates; `applies_scale` "
-                  "multiplies by it",
+      ElementsAre("set.tps: SCALE (2 of 3 shapes) is kept and not applied: coordinates are in pixels; `applies_scale` "
+                  "multiplies them by it",
                   "set.tps: 4 curves and 2 outlines (8 points) are kept and not used as landmarks; `curve_points = N` "
                   "takes N points of each"));
 }

@@ -37,8 +37,8 @@ TEST_F(TpsFields, AreKept) {
   EXPECT_THAT(file.shapes[1].properties, IsEmpty());
   EXPECT_THAT(
       file.warnings,
-      ElementsAre("a.tps: SCALE is recorded (1 of 2 shapes) and not applied to the coordinates; `applies_scale` "
-                  "multiplies by it"));
+      ElementsAre("a.tps: SCALE (1 of 2 shapes) is kept and not applied: coordinates are in pixels; `applies_scale` "
+                  "multiplies them by it"));
 }
 
 TEST_F(TpsFields, MayHaveDecimalCommas) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -42,6 +43,16 @@ inline bool is_balanced_xml(const std::string& text) {
   for (std::size_t i = text.find('&'); i != std::string::npos; i = text.find('&', i + 1))
     if (text.find(';', i) > i + 6) return false;
   return open.empty() && contains(text, "</svg>");
+}
+
+/// Width and height of a PNG: big-endian numbers at byte 16.
+inline std::pair<int, int> size_of_png(const std::string& png) {
+  const auto number = [&](std::size_t first) {
+    int value = 0;
+    for (std::size_t i = first; i < first + 4; ++i) value = 256 * value + static_cast<unsigned char>(png.at(i));
+    return value;
+  };
+  return {number(16), number(20)};
 }
 
 /// For tests of what draws a PNG and an SVG of one layout.

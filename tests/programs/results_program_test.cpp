@@ -77,6 +77,21 @@ TEST_P(Results, AreNamedByTheirRecordWithChecksums) {
   EXPECT_EQ(named, numbers);
 }
 
+// Every picture of the page has a layout for screens as narrow as a phone's.
+TEST_P(Results, HaveNarrowLayoutsOnTheirPage) {
+  ASSERT_THAT(run(words(GetParam().line)).exit_code, AnyOf(0, 3));
+  const std::string page = contents("out/report.html");
+  const auto count = [&](const std::string& part) {
+    std::size_t found = 0;
+    for (std::size_t at = page.find(part); at != std::string::npos; at = page.find(part, at + 1)) ++found;
+    return found;
+  };
+  EXPECT_EQ(count("<picture><source media"), count("<div class=\"still"));
+  if (GetParam().name != std::string("cohort")) {
+    EXPECT_GT(count("<picture><source media"), 0U);
+  }
+}
+
 // A copy of the record that cannot be written is an error, and not the end of the results.
 TEST_P(Results, OutliveARecordThatCannotBeWrittenElsewhere) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";

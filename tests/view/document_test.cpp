@@ -35,6 +35,61 @@ TEST(ViewDocument, IsReadAsItIsWritten) {
   EXPECT_EQ(read.shown, (std::array{1, 0}));
 }
 
+// A shape with all that a file may say of it.
+OpenedShape example_shape() {
+  OpenedShape opened;
+  Landmarks& shape = opened.shape;
+  shape.points.resize(2, 0);
+  shape.name = "a";
+  shape.image = "a.png";
+  shape.scale = 0.1;
+  shape.properties = {{"COMMENT", "old"}, {"COMMENT", "older"}};
+  shape.curves = {Points{{0, 1}, {2.5, 3}}};
+  shape.units = "mm";
+  shape.axes = "RAS";
+  shape.source = "a.tps#1";
+  opened.frame = {.origin = {1, 2}, .unit_per_pixel = {0.1, 0.2}, .y_down = false, .height = 30, .width = 40};
+  shape.frame = opened.frame;
+  shape.frame.says_units = true;
+  opened.orientation = 6;
+  return opened;
+}
+
+TEST(ViewDocument, KeepsShapesOfFilesButNotOnThePage) {
+  ViewDocument document = example();
+  document.shapes["a.tps#1"] = example_shape();
+  document.specimens[0].shape = "a.tps#1";
+  const std::string text = json_of_document(document);
+  const ViewDocument read = document_of_json("x", text);
+  EXPECT_EQ(json_of_document(read), text);
+  const OpenedShape& opened = read.shapes.at("a.tps#1");
+  EXPECT_EQ(opened.shape.scale, 0.1);
+  EXPECT_EQ(opened.shape.properties, example_shape().shape.properties);
+  EXPECT_EQ(opened.shape.curves, example_shape().shape.curves);
+  EXPECT_EQ(opened.shape.units + opened.shape.axes + opened.shape.source, "mmRASa.tps#1");
+  EXPECT_EQ(opened.frame.unit_per_pixel, (std::array{0.1, 0.2}));
+  EXPECT_FALSE(opened.frame.says_units);
+  EXPECT_TRUE(opened.shape.frame.says_units);
+  EXPECT_EQ(opened.width(), 30);
+  document.shapes.clear();
+  const std::string page = json_of_document(document);
+  EXPECT_EQ(json_of_document(document_of_page(page, read.shapes)), text);
+  EXPECT_THAT(error_of([&] { document_of_json("s", page); }), HasSubstr("s: 'shapes' lacks a.tps#1"));
+}
+
+// Decimal digits as files have them, for every orientation and either direction of y.
+TEST(ViewDocument, CoordinatesComeBackFromThePageToTheBit) {
+  const Points points{{50.58, 0.1, -3, 1e-7, 299.99}, {142.52, 358.51, 7.25, 33, 0.3}};
+  for (int orientation = 1; orientation <= 8; ++orientation)
+    for (const bool y_down : {false, true}) {
+      OpenedShape opened;
+      opened.frame = {
+          .origin = {0.5, -2}, .unit_per_pixel = {0.02, 0.03}, .y_down = y_down, .height = 400, .width = 300};
+      opened.orientation = orientation;
+      EXPECT_EQ(opened.from_page(opened.to_page(points)), points) << orientation << y_down;
+    }
+}
+
 TEST(ViewDocument, RefusesWhatIsNone) {
   const auto with = [](const std::string& from, const std::string& to) {
     std::string text = json_of_document(example());
@@ -43,9 +98,9 @@ TEST(ViewDocument, RefusesWhatIsNone) {
     text.replace(at, from.size(), to);
     return error_of([&] { document_of_json("s.pulson.json", text); });
   };
-  EXPECT_THAT(error_of([] { document_of_json("s.pulson.json", "{\"pulson_view\": 1"); }), HasSubstr("cut off"));
+  EXPECT_THAT(error_of([] { document_of_json("s.pulson.json", "{\"pulson_view\": 2"); }), HasSubstr("cut off"));
   EXPECT_THAT(error_of([] { document_of_json("s.pulson.json", "{}"); }), HasSubstr("pulson_view"));
-  EXPECT_THAT(with("\"pulson_view\": 1", "\"pulson_view\": 2"), HasSubstr("version 1"));
+  EXPECT_THAT(with("\"pulson_view\": 2", "\"pulson_view\": 1"), HasSubstr("version 2"));
   EXPECT_THAT(with("1.25", "1e99"), HasSubstr("far beyond"));
   EXPECT_THAT(with("\"missing\"", "\"lost\""), HasSubstr("'points'"));
   EXPECT_THAT(with("\"width\": 30", "\"width\": 0"), HasSubstr("'width' is 0"));
@@ -59,7 +114,7 @@ TEST_F(SavedViewDocument, HoldsWhatItsFileHolds) {
   SavedDocument saved("a.pulson.json");
   EXPECT_FALSE(saved.load());
   EXPECT_EQ(saved.replace(example(), 0), SavedDocument::Outcome::kSaved);
-  EXPECT_EQ(contents("a.pulson.json"), saved.json());
+  EXPECT_EQ(contents("a.pulson.json"), json_of_document(saved.document()));
   EXPECT_EQ(saved.document().revision, 1);
 }
 

@@ -1,8 +1,8 @@
-// `pulson view` as a process: what it keeps when it is killed, when the disk is full, and what it exports.
+// `pulson view` as a process: what it keeps when it is killed, when the disk is full, and what it refuses.
 
-#include <array>
+#include "view_program.hpp"
+
 #include <atomic>
-#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -10,117 +10,11 @@
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <httplib.h>
-#include <nlohmann/json.hpp>
-#include <sys/resource.h>
-
-#include "program.hpp"
-#include "pulson/formats/landmark_files.hpp"
-#include "pulson/images/image.hpp"
-#include "pulson/images/pages.hpp"
 
 namespace pulson {
 namespace {
 
-using nlohmann::json;
 using testing::HasSubstr;
-
-/// A running program, which is killed at the end.
-class Server {
- public:
-  /// @param most_bytes of a file that it may write; 0: any
-  explicit Server(const std::vector<std::string>& arguments, rlim_t most_bytes = 0) {
-    std::array<int, 2> ends{};
-    EXPECT_EQ(::pipe(ends.data()), 0);
-    child_ = ::fork();
-    if (child_ == 0) become(arguments, ends, most_bytes);
-    ::close(ends[1]);
-    std::string line;
-    for (char c = 0; ::read(ends[0], &c, 1) == 1 && c != '\n';) line += c;
-    ::close(ends[0]);
-    const std::string start = "http://127.0.0.1:";
-    EXPECT_TRUE(line.starts_with(start)) << line;
-    const std::size_t slash = line.find('/', start.size());
-    port_ = std::stoi(line.substr(start.size(), slash - start.size()));
-    path_ = line.substr(slash);
-  }
-  ~Server() { kill(SIGKILL); }
-  Server(const Server&) = delete;
-  Server& operator=(const Server&) = delete;
-
-  /// @return the exit code, or minus the signal
-  int kill(int signal) {
-    if (child_ <= 0) return 0;
-    ::kill(child_, signal);
-    int status = 0;
-    ::waitpid(child_, &status, 0);
-    child_ = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-  }
-
-  httplib::Result reply_of(const std::string& name) { return httplib::Client("127.0.0.1", port_).Get(path_ + name); }
-  std::string text_of(const std::string& name, const json& body) {
-    const auto result = httplib::Client("127.0.0.1", port_).Post(path_ + name, body.dump(), "application/json");
-    return result && result->status == 200 ? result->body : std::string(4, '?');
-  }
-  std::pair<int, json> get(const std::string& name) {
-    httplib::Client client("127.0.0.1", port_);
-    const auto result = client.Get(path_ + name);
-    return {result ? result->status : -1, result ? json::parse(result->body, nullptr, false) : json()};
-  }
-  std::pair<int, json> post(const std::string& name, const json& body) { return post_bytes(name, body.dump()); }
-  std::pair<int, json> post_bytes(const std::string& name, const std::string& body) {
-    httplib::Client client("127.0.0.1", port_);
-    client.set_read_timeout(60);
-    const auto result = client.Post(path_ + name, body, "application/octet-stream");
-    return {result ? result->status : -1, result ? json::parse(result->body, nullptr, false) : json()};
-  }
-
-  json document() { return get("state").second["document"]; }
-  int save(const json& document) {
-    return post("state", {{"base", document["revision"]}, {"document", document}}).first;
-  }
-
- private:
-  [[noreturn]] static void become(const std::vector<std::string>& arguments, const std::array<int, 2>& ends,
-                                  rlim_t most_bytes) {
-    ::dup2(ends[1], STDOUT_FILENO);
-    ::close(ends[0]);
-    const int null = ::open("/dev/null", O_WRONLY);
-    ::dup2(null, STDERR_FILENO);
-    if (most_bytes > 0) {
-      const rlimit limit{most_bytes, most_bytes};
-      ::setrlimit(RLIMIT_FSIZE, &limit);
-    }
-    std::vector<std::string> all = {PULSON_PROGRAM, "view", "--no-browser"};
-    all.insert(all.end(), arguments.begin(), arguments.end());
-    std::vector<char*> pointers;
-    for (std::string& argument : all) pointers.push_back(argument.data());
-    pointers.push_back(nullptr);
-    ::execv(PULSON_PROGRAM, pointers.data());
-    ::_exit(127);
-  }
-
-  pid_t child_ = -1;
-  int port_ = 0;
-  std::string path_;
-};
-
-class ViewProgram : public Program {
- protected:
-  void SetUp() override {
-    InTemporaryFolder::SetUp();
-    const std::filesystem::path samples = std::filesystem::path(PULSON_SOURCE_DIR) / "sample_shapes";
-    for (const char* name : {"leaf_1.png", "leaf_2.png", "leaves.tps"}) std::filesystem::copy(samples / name, name);
-  }
-
-  static json placed(json document, const std::vector<std::vector<json>>& points) {
-    document["landmarks"] = json::array();
-    for (std::size_t k = 0; k < points[0].size(); ++k) document["landmarks"].push_back({{"name", ""}, {"group", ""}});
-    for (std::size_t s = 0; s < points.size(); ++s) document["specimens"][s]["points"] = points[s];
-    return document;
-  }
-};
 
 TEST_F(ViewProgram, KeepsTheLastSavedActionWhenItIsKilled) {
   json last;
@@ -172,85 +66,6 @@ TEST_F(ViewProgram, AFullDiskIsSaidAndTakesNothingAway) {
   EXPECT_THAT(reply["error"].get<std::string>(), HasSubstr("leaf_1.pulson.json"));
   EXPECT_EQ(contents("leaf_1.pulson.json"), kept);
   EXPECT_EQ(server.document()["landmarks"].size(), 1U);
-}
-
-TEST_F(ViewProgram, ExportsWhatWasPlacedInRowsOfThePicture) {
-  Server server({"leaf_1.png", "leaf_2.png"});
-  server.save(
-      placed(server.document(), {{json::array({10, 20}), json::array({30.5, 40})}, {json::array({1, 2}), "missing"}}));
-  const auto [status, reply] = server.post("export", {{"name", "out.csv"}});
-  EXPECT_EQ(status, 200) << reply;
-  const formats::LandmarkFile read = formats::read_landmark_file("out.csv");
-  ASSERT_EQ(read.shapes.size(), 2U);
-  EXPECT_EQ(read.shapes[0].points, (Points{{10, 30.5}, {20, 40}}));
-  EXPECT_TRUE(std::isnan(read.shapes[1].points(0, 1)));
-  // In tps y counts up from the lower edge of 400 rows; pulson's convention for it is that of Frame.
-  EXPECT_EQ(server.post("export", {{"name", "out.tps"}}).first, 200);
-  const Landmarks up = formats::read_landmark_file("out.tps").shapes[0];
-  EXPECT_FALSE(up.frame.y_down);
-  EXPECT_EQ(up.points(1, 0), 400 - 20);
-  EXPECT_EQ(up.image, "leaf_1.png");
-}
-
-TEST_F(ViewProgram, OpenedShapesComeBackAsTheyWere) {
-  const formats::LandmarkFile before = formats::read_landmark_file("leaves.tps");
-  Server server({"leaves.tps"});
-  EXPECT_EQ(server.document()["specimens"].size(), before.shapes.size());
-  EXPECT_EQ(server.document()["specimens"][0]["picture"], "leaf_1.png");
-  EXPECT_EQ(server.post("export", {{"name", "leaves.tps"}}).first, 422) << "without --in-place";
-  EXPECT_EQ(server.post("export", {{"name", "leaf_1.png"}}).first, 422);
-  EXPECT_EQ(server.post("export", {{"name", "../x.tps"}}).first, 422);
-  const auto [status, reply] = server.post("export", {{"name", "copy.tps"}});
-  EXPECT_EQ(status, 200) << reply;
-  const formats::LandmarkFile after = formats::read_landmark_file("copy.tps");
-  ASSERT_EQ(after.shapes.size(), before.shapes.size());
-  for (std::size_t i = 0; i < before.shapes.size(); ++i) {
-    EXPECT_LT((after.shapes[i].points - before.shapes[i].points).cwiseAbs().maxCoeff(), 1e-9);
-    EXPECT_EQ(after.shapes[i].scale, before.shapes[i].scale);
-    EXPECT_EQ(after.shapes[i].name, before.shapes[i].name);
-  }
-}
-
-// A light square in rows as they are stored, and its centre as a landmark, of each orientation of EXIF: the landmark is
-// where the page shows the square, and comes back where it was.
-TEST_F(ViewProgram, LandmarksStayOnTurnedPictures) {
-  constexpr int kWide = 90, kHigh = 60;
-  images::Page page{images::Image(kWide, kHigh, 1, images::PixelType::kUint8), {}};
-  for (int y = 10; y < 18; ++y)
-    for (int x = 16; x < 24; ++x) page.image.values<std::uint8_t>()[static_cast<std::size_t>(y * kWide + x)] = 255;
-  for (int orientation = 1; orientation <= 8; ++orientation) {
-    const std::string name = fmt::format("turned_{}", orientation);
-    page.about.orientation = orientation;
-    images::write_pages(name + ".tif", std::vector{page});
-    write(name + ".csv", "x,y\n19.5,13.5\n50,30\n");
-    Server server({name + ".csv", name + ".tif"});
-    const json specimen = server.document()["specimens"][0];
-    const images::Image shown = images::decode_image(server.reply_of("picture?name=0")->body);
-    EXPECT_EQ(json::array({shown.width(), shown.height()}), json::array({specimen["width"], specimen["height"]}));
-    Eigen::Vector2d centre(0, 0);
-    double sum = 0;
-    for (int y = 0; y < shown.height(); ++y)
-      for (int x = 0; x < shown.width(); ++x)
-        if (const double light = shown.at(x, y, 0); light > 60) centre += light * Eigen::Vector2d(x, y), sum += light;
-    centre /= sum;
-    // The page's picture is a jpg, whose edges are not quite symmetric.
-    EXPECT_NEAR(centre.x(), specimen["points"][0][0], 0.3) << orientation;
-    EXPECT_NEAR(centre.y(), specimen["points"][0][1], 0.3) << orientation;
-    EXPECT_EQ(server.post("export", {{"name", name + "_back.csv"}}).first, 200);
-    const Points back = formats::read_landmark_file(name + "_back.csv").shapes[0].points;
-    EXPECT_LT((back - Points{{19.5, 50}, {13.5, 30}}).cwiseAbs().maxCoeff(), 1e-9) << orientation;
-  }
-}
-
-TEST_F(ViewProgram, InPlaceKeepsTheFirstState) {
-  const std::string first = contents("leaves.tps");
-  Server server({"leaves.tps", "--in-place"});
-  json document = server.document();
-  document["specimens"][0]["points"][0] = json::array({5, 5});
-  EXPECT_EQ(server.save(document), 200);
-  for (int i = 0; i < 2; ++i) EXPECT_EQ(server.post("export", {{"name", "leaves.tps"}}).first, 200);
-  EXPECT_EQ(contents("leaves.first.tps"), first);
-  EXPECT_NE(contents("leaves.tps"), first);
 }
 
 TEST_F(ViewProgram, TakesPicturesThatAreDroppedAndNothingElse) {

@@ -19,6 +19,9 @@ struct PictureFiles {
   std::optional<double>
       width{};      ///< mm, greater than 0; none: 25.4/96 mm for each unit of the layout, 1200 to 1600 of them
   double dpi = 96;  ///< pixels of the png per inch, greater than 0
+  /// Gets the bytes of a png for screens as narrow as a phone's, in a layout of its own: 600 pixels wide, the panels
+  /// one above the other, without titles. None: it is not drawn.
+  std::string* narrow = nullptr;
 };
 
 /// All that the picture of some sample paths shows. d = 1, 2 or 3; N landmarks; K ≥ 1 steps; M ≥ 1 paths.
@@ -102,8 +105,9 @@ enum class OutlineKind { kNone, kOpen, kClosed };
 /// With g the gaps |x_{i+1} − x_i|, m their median and n the median over all points of the distance to the nearest
 /// other point: a curve has at least 12 points, max g ≤ 3m (it never jumps) and m ≤ 2n (neighbours in order are
 /// neighbours in space, which scattered points are not), turns by more than 60° at no more than a sixth of its points,
-/// and does not cross itself in the plane; it is closed if also |x_1 − x_N| ≤ 3m. Points on a line, d = 1, are not a
-/// curve. points: d×N. O(N²).
+/// does not cross itself in the plane, and is not two rings, one after the other (both parts beside the largest gap
+/// close by themselves); it is closed if also |x_1 − x_N| ≤ 3m. Points on a line, d = 1, are not a curve. points: d×N.
+/// O(N²).
 OutlineKind outline_kind(const Points& points);
 
 /// Draws a registration: source, target, result, the paths of the landmarks and the deformed grid, as a PNG about 1600
@@ -122,9 +126,5 @@ OutlineKind outline_kind(const Points& points);
 /// disagree, where a folder does not exist; no file is then written. Takes a tenth of a second; safe to call from
 /// several threads.
 void write_registration_picture(const RegistrationPicture& picture, const PictureFiles& files);
-
-/// The same for screens as narrow as a phone's, without titles: d = 2, the panels one above the other, a PNG of 600
-/// pixels' width. Empty where panels stand so anyway: d = 1 and 3. @throws InputError as write_registration_picture()
-std::string narrow_registration_png(const RegistrationPicture& picture);
 
 }  // namespace pulson::draw

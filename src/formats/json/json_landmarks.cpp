@@ -1,6 +1,8 @@
 // Landmarks in JSON: a layout of our own that holds all of them to the bit, lists of points, lists of these, and the
 // shapes of our registration.json.
 
+#include "json_landmarks.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -15,7 +17,6 @@
 #include "formats/formats.hpp"
 #include "formats/frame_text.hpp"
 #include "formats/landmark_writers.hpp"
-#include "json_reader.hpp"
 #include "named_points.hpp"
 
 namespace pulson::formats {
@@ -167,6 +168,8 @@ Json numbers_from_one(const std::vector<int>& landmarks) {
   return json;
 }
 
+}  // namespace
+
 Json shape_json(const Landmarks& shape) {
   Json json = Json::object();
   if (!shape.name.empty()) json["name"] = shape.name;
@@ -184,6 +187,13 @@ Json shape_json(const Landmarks& shape) {
   if (!shape.outlines.empty()) json["outlines"] = lines_json(shape.outlines);
   return json;
 }
+
+Landmarks shape_of_json(const JsonValue& json) {
+  std::set<std::string> unknown;
+  return read_shape(json, unknown);
+}
+
+namespace {
 
 /// An object or a list; a word in brackets begins other texts, such as `[individuals]` of morphologika.
 bool sniff_json(std::string_view text) {

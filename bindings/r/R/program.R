@@ -33,7 +33,8 @@ said <- function(program, words) {
   if (is.null(said_before[[key]])) {
     lines <- tryCatch(suppressWarnings(system2(program, words, stdout = TRUE, stderr = FALSE, stdin = nullfile(),
                                                timeout = 30)), error = function(e) character())
-    said_before[[key]] <- if (length(lines) == 0) "" else enc2utf8(as.character(lines))
+    if (length(lines) == 0) return("")  # perhaps it is being replaced; it is asked again
+    said_before[[key]] <- enc2utf8(as.character(lines))
   }
   said_before[[key]]
 }

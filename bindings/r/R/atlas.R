@@ -6,7 +6,7 @@ pulson_atlas <- function(shapes, data = NULL, ..., out = NULL) {
   on.exit(unlink(work, recursive = TRUE))
   folder <- result_folder(out, work)
   call <- if (inherits(shapes, "formula")) shapes_of_formula(shapes, data, parent.frame()) else list(shapes = shapes)
-  if (is.null(call$terms) && !is.null(data))
+  if (!inherits(shapes, "formula") && !is.null(data))
     raise("input_error", "data: it is for a formula, as in pulson_atlas(shape ~ log(size), data)")
   taken <- intersect(names(options), c("covariate", "groups", "model", "data"))
   if (length(call$terms) > 0 && length(taken) > 0)
@@ -14,11 +14,11 @@ pulson_atlas <- function(shapes, data = NULL, ..., out = NULL) {
   cohort <- shape_argument(call$shapes, "shapes", work)
   if (!is.null(cohort$shapes) && length(cohort$shapes$points) < 2)
     raise("input_error", "shapes: there is one specimen; an atlas needs two or more")
-  words <- c("atlas", cohort$words, paste0("--out=", folder), option_words(options))
+  words <- c("atlas", cohort$words, paste0("--out=", folder), option_words(options, "atlas", cohort$shapes, work))
   if (length(call$terms) > 0) {
     words <- c(words, regression_words(call, cohort, work))
   }
-  printed <- run_program(words, work)
+  printed <- in_terms_of(call, run_program(words, work))
   atlas_of(folder, printed, call)
 }
 
@@ -34,12 +34,14 @@ shapes_of_formula <- function(formula, data, frame) {
   if (!is.null(attr(right, "offset"))) unsupported("it has an offset, which an atlas does not")
   if (attr(right, "intercept") == 0) unsupported("it has no intercept, and the regression of an atlas has one")
   factors <- attr(right, "factors")
+  if (length(factors) == 0) return(list(shapes = shapes))
   labels <- rownames(factors)
   values <- lapply(labels, function(label) {
     value <- tryCatch(eval(str2lang(label), held, environment(formula)), error = function(e)
       unsupported("%s%s", conditionMessage(e), if (grepl("'size'|'Csize'", conditionMessage(e)))
         "; centroid_size(shapes) computes it" else ""))
     if (is.matrix(value) && ncol(value) == 1) value <- value[, 1]
+    if (length(dim(value)) == 1) value <- setNames(as.vector(value), names(value))
     if (is.numeric(value) && is.null(dim(value))) return(value)
     if (is.factor(value) || is.character(value) || is.logical(value)) return(factor(value))
     unsupported("%s is a %s; a column of numbers or a factor is needed", label, class(value)[1])
@@ -50,35 +52,44 @@ shapes_of_formula <- function(formula, data, frame) {
 }
 
 regression_words <- function(call, cohort, work) {
-  refuse <- function(...) raise("input_error", paste0("formula: ", sprintf(...)))
-  if (is.null(cohort$shapes)) refuse("its left side is a file; pulson_read() makes an array of it")
-  count <- length(cohort$shapes$points)
+  path <- column_file(call$terms, cohort$shapes, work, "formula")
+  c(model_words(call, path), if (anyDuplicated(cohort$shapes$names)) "--by-order")
+}
+
+# A table of `columns`, each with a value for each specimen of `shapes`.
+column_file <- function(columns, shapes, work, what) {
+  refuse <- function(...) raise("input_error", paste0(what, ": ", sprintf(...)))
+  if (is.null(shapes)) refuse("the shapes are in a file; pulson_read() makes an array of it")
+  count <- length(shapes$points)
   cell <- function(column) paste0("\"", gsub("\"", "\"\"", enc2utf8(as.character(column))), "\"")
-  cells <- list(cell(cohort$shapes$names))
-  for (variable in names(call$terms)) {
-    value <- call$terms[[variable]]
-    if (length(value) != count) refuse("%s has %d values for %d specimens", variable, length(value), count)
+  names <- if (is.null(shapes$names)) what else shapes$names
+  cells <- list(cell(names))
+  for (variable in names(columns)) {
+    value <- columns[[variable]]
+    of <- if (variable == what) "it" else variable
+    if (length(value) != count)
+      refuse("%s has %d value%s for %d specimens", of, length(value), if (length(value) == 1) "" else "s", count)
     known <- names(value)
-    if (!is.null(known) && !identical(known, cohort$shapes$names)) {
-      if (!setequal(known, cohort$shapes$names) || anyDuplicated(known)) {
+    if (!is.null(known) && !identical(known, names)) {
+      if (!setequal(known, names) || anyDuplicated(known)) {
         note(sprintf("the names of %s are not those of the specimens: its values are taken by their order", variable))
       } else {
-        value <- value[match(cohort$shapes$names, known)]
+        value <- value[match(names, known)]
       }
     }
-    if (is.numeric(value) && any(is.infinite(value))) refuse("%s has an infinite value", variable)
-    cells[[length(cells) + 1]] <- if (is.factor(value)) {
-      ifelse(is.na(value), "NA", cell(value))
-    } else {
+    if (is.numeric(value) && any(is.infinite(value))) refuse("%s has an infinite value", of)
+    cells[[length(cells) + 1]] <- if (is.numeric(value)) {
       ifelse(is.na(value), "NA", sprintf("%.17g", value))
+    } else {
+      ifelse(is.na(value), "NA", cell(value))
     }
   }
-  path <- file.path(work, "data.csv")
+  path <- file.path(work, paste0(what, ".csv"))
   connection <- file(path, "wb", encoding = "bytes")
-  header <- paste(c("specimen", cell(names(call$terms))), collapse = ",")
+  header <- paste(c("specimen", cell(names(columns))), collapse = ",")
   writeLines(c(header, do.call(paste, c(cells, sep = ","))), connection, useBytes = TRUE)
   close(connection)
-  c(model_words(call, path), if (anyDuplicated(cohort$shapes$names)) "--by-order")
+  path
 }
 
 # A single variable as --covariate or --groups, whose geodesics and means the program gives too; else the formula.
@@ -99,6 +110,29 @@ with_labels <- function(texts, call) {
   for (label in names(Filter(is.factor, call$terms)))
     texts <- gsub(sprintf("factor(%s)", label), label, texts, fixed = TRUE)
   texts
+}
+
+# The same of printed tables, whose columns stay where they are.
+printed_with_labels <- function(lines, call) {
+  texts <- with_labels(lines, call)
+  spaces <- strrep(" ", nchar(lines) - nchar(texts))
+  cell <- regexpr("^ +[^ ]+( [^ ]+)*(?=  )", texts, perl = TRUE)
+  end <- ifelse(cell > 0, attr(cell, "match.length"), nchar(texts))
+  ifelse(nzchar(spaces) & cell > 0, paste0(substring(texts, 1, end), spaces, substring(texts, end + 1)), texts)
+}
+
+# What `run` prints, and its conditions, with the factors as the formula has them.
+in_terms_of <- function(call, run) {
+  again <- function(signal, restart) function(condition) {
+    text <- with_labels(conditionMessage(condition), call)
+    if (identical(text, conditionMessage(condition))) return()
+    condition$message <- text
+    signal(condition)
+    if (!is.null(restart)) invokeRestart(restart)
+  }
+  printed_with_labels(withCallingHandlers(run, pulson_error = again(stop, NULL),
+                                          pulson_warning = again(warning, "muffleWarning"),
+                                          pulson_note = again(message, "muffleMessage")), call)
 }
 
 # The analysis of variance, pairs of groups and coefficients of a formula.
@@ -136,7 +170,7 @@ atlas_of <- function(folder, printed, call) {
                  aligned = table_points(aligned, names, labels), kernel = values$kernel, lambda = values$lambda,
                  sigma = values$sigma, converged = values$converged, regression = values$regression,
                  groups = values$groups, terms = call$terms, record = values, printed = printed)
-  if (length(call$terms) > 0) result <- c(result, model_tables(folder, call))
+  if (file.exists(file.path(folder, "model.csv"))) result <- c(result, model_tables(folder, call))
   if (!is.null(result$regression)) {
     if (length(call$terms) > 0) result$regression$covariate <- names(call$terms)
     result$regression$slope <- as_points(result$regression$slope, labels)
@@ -218,18 +252,19 @@ print.pulson_atlas <- function(x, ...) {
 }
 
 print_anova <- function(x) {
-  table <- x$anova[x$anova$term != "total", ]
   columns <- c("df", "procrustes_r_squared", "procrustes_f", "procrustes_z", "procrustes_p_value", "r_squared", "f", "z",
                "p_value")
-  shown <- format(table[columns], digits = 4)
-  shown[is.na(table[columns])] <- ""
-  dimnames(shown) <- list(make.unique(table$term), c("Df", "R2", "F", "Z", "p", "momenta R2", "F", "Z", "p"))
-  cat(sprintf("model    %s, %s permutations; Procrustes coordinates, then momenta\n", table$model[1],
-              x$record$models$permutations[1]))
-  print(shown)
+  models <- unique(x$anova$model)
+  for (i in seq_along(models)) {
+    table <- x$anova[x$anova$model == models[i] & x$anova$term != "total", ]
+    shown <- format(table[columns], digits = 4)
+    shown[is.na(table[columns])] <- ""
+    dimnames(shown) <- list(make.unique(table$term), c("Df", "R2", "F", "Z", "p", "momenta R2", "F", "Z", "p"))
+    cat(sprintf("model    %s, %d specimens, %s permutations; Procrustes coordinates, then momenta\n", models[i],
+                x$record$models$specimens[i], x$record$models$permutations[i]))
+    print(shown)
+  }
 }
-
-four <- function(x) if (is.null(x) || is.na(x)) "NA" else format(x, digits = 4)
 
 summary.pulson_atlas <- function(object, ...) summary_of(object)
 

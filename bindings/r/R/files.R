@@ -64,6 +64,12 @@ read_table <- function(path, truths = character()) {
   table
 }
 
+# The names of a file's rows that are no rows of R.
+tidy <- function(table) {
+  rownames(table) <- NULL
+  table
+}
+
 # Rows of [landmark][axis] as a matrix, whatever of them is missing.
 as_points <- function(value, labels = NULL) {
   number <- function(x) if (is.null(x)) NA else x

@@ -1,13 +1,16 @@
 # Plots, in R's own graphics.
 
 plot.pulson_registration <- function(x, grid = ncol(x$source) == 2, axes = 1:2, lines = 16, ...) {
+  truth(grid, "grid")
+  if (!is.numeric(lines) || length(lines) != 1 || !isTRUE(lines >= 2 && is.finite(lines)))
+    raise("input_error", "lines: a number of lines, 2 or more, is needed")
   k <- ncol(x$source)
   if (k == 1) return(plot_line(x, ...))
   check_plot_axes(axes, k)
   source <- x$source[, axes, drop = FALSE]
   target <- x$target[, axes, drop = FALSE]
   end <- x$result[, axes, drop = FALSE]
-  mesh <- if (isTRUE(grid) && k == 2) warped_grid(x, lines)
+  mesh <- if (grid && k == 2) warped_grid(x, lines)
   all <- rbind(target, end, if (!is.null(mesh)) mesh$points)
   plot(all, type = "n", asp = 1, xlab = axis_names(k)[axes[1]], ylab = axis_names(k)[axes[2]], ...)
   if (!is.null(mesh)) for (line in mesh$lines) graphics::lines(mesh$points[line, ], col = grey(0.75))
@@ -57,21 +60,56 @@ warped_grid <- function(registration, lines) {
        lines = Map(seq, c(1, utils::head(ends, -1) + 1), ends))
 }
 
-plot.pulson_cohort <- function(x, ...) {
-  rms <- x$specimens$rms
-  plot(seq_along(rms), rms, xlab = "specimen", ylab = "rms", ylim = c(0, max(rms, na.rm = TRUE)), pch = 20, ...)
+# The source, and where the flows take it, each alignment undone.
+plot.pulson_cohort <- function(x, axes = 1:2, ...) {
+  fits <- Filter(Negate(is.null), x$registrations)
+  if (length(fits) == 0) raise("input_error", "x: none of its registrations has a result")
+  ends <- lapply(fits, in_frame_of_source)
+  source <- fits[[1]]$source
+  k <- ncol(source)
+  on_line <- k == 1
+  if (on_line) {
+    rows <- function(points, at) cbind(points[, 1], at)
+    ends <- Map(rows, ends, seq_along(ends))
+    source <- rows(source, 0)
+    axes <- 1:2
+  } else {
+    check_plot_axes(axes, k)
+  }
+  all <- do.call(rbind, c(list(source), ends))[, axes]
+  plot(all, type = "n", asp = if (on_line) NA else 1, xlab = axis_names(k)[axes[1]],
+       ylab = if (on_line) "" else axis_names(k)[axes[2]], yaxt = if (on_line) "n" else "s", ...)
+  if (on_line) axis(2, seq(0, length(ends)), c("source", names(fits)), las = 1, cex.axis = 0.7)
+  colours <- grDevices::hcl.colors(length(ends), "Dark 3")
+  for (i in seq_along(ends)) points(ends[[i]][, axes], pch = 20, col = colours[i])
+  points(source[, axes], pch = 1, cex = 1.2)
+  if (!on_line && length(ends) <= 12)
+    legend("topright", c("source", names(fits)), pch = c(1, rep(20, length(ends))), col = c(1, colours), bty = "n",
+           cex = 0.8)
   invisible(x)
 }
 
+in_frame_of_source <- function(fit) {
+  map <- fit$record$alignment
+  linear <- map$scale * matrix(unlist(map$linear), ncol(fit$result))
+  t(solve(linear, t(fit$result) - unlist(map$translation)))
+}
+
 plot.pulson_atlas <- function(x, which = c("scores", "mode"), modes = 1:2, sd = 2, axes = 1:2, ...) {
-  if (match.arg(which) == "mode") return(plot_mode(x, modes[1], sd, axes, ...))
+  which <- if (is.character(which)) which[1] else deparse(which)[1]
+  if (!which %in% c("scores", "mode"))
+    raise("input_error", sprintf("which: \"scores\" or \"mode\" is drawn, and it is %s", which))
+  if (which == "mode") return(plot_mode(x, modes[1], sd, axes, ...))
   count <- ncol(x$modes$scores)
-  modes <- modes[seq_len(min(2, count))]
+  if (missing(modes)) modes <- seq_len(min(2, count))
+  if (!is.numeric(modes) || length(modes) == 0 || !all(modes %in% seq_len(count)))
+    raise("input_error", sprintf("modes: numbers from 1 to %d are needed", count))
+  modes <- utils::head(modes, 2)
   parts <- x$modes$eigenvalues / sum(x$modes$eigenvalues)
   label <- function(mode) sprintf("PC%d (%.1f %%)", mode, 100 * parts[mode])
   colour <- if (is.null(x$group)) 1 else as.integer(factor(x$group))
   if (length(modes) < 2) {
-    plot(x$modes$scores[, 1], rep(0, nrow(x$modes$scores)), xlab = label(1), ylab = "", yaxt = "n", pch = 20,
+    plot(x$modes$scores[, modes], rep(0, nrow(x$modes$scores)), xlab = label(modes), ylab = "", yaxt = "n", pch = 20,
          col = colour, ...)
   } else {
     plot(x$modes$scores[, modes], xlab = label(modes[1]), ylab = label(modes[2]), asp = 1, pch = 20, col = colour, ...)
@@ -91,8 +129,8 @@ plot_mode <- function(x, mode, sd, axes, ...) {
   k <- ncol(x$template)
   if (k == 1) axes <- c(1, 1)
   check_plot_axes(axes, max(k, 1))
-  minus <- pulson_mode(x, mode, -sd)
   plus <- pulson_mode(x, mode, sd)
+  minus <- pulson_mode(x, mode, -sd)
   all <- rbind(minus, plus, x$template)[, axes]
   plot(all, type = "n", asp = 1, xlab = axis_names(k)[axes[1]], ylab = axis_names(k)[axes[2]],
        main = sprintf("PC%d, -%g to +%g sd", mode, sd, sd), ...)
@@ -106,13 +144,16 @@ plot_mode <- function(x, mode, sd, axes, ...) {
 }
 
 plot.pulson_comparison <- function(x, ...) {
-  evidence <- x$models$log_evidence - max(x$models$log_evidence, na.rm = TRUE)
-  at <- seq_along(evidence)
+  score <- x$models$difference
+  error <- x$models$difference_error
+  error[is.na(error)] <- 0
+  at <- seq_along(score)
   old <- par(mar = c(5, 10, 2, 1))
   on.exit(par(old))
-  plot(evidence, at, yaxt = "n", pch = 20, ylim = rev(range(at) + c(-0.5, 0.5)), ylab = "",
-       xlab = "log evidence relative to the best model (nats)", ...)
+  plot(score, at, yaxt = "n", pch = 20, xlim = range(0, score - error, score + error, na.rm = TRUE),
+       ylim = rev(range(at) + c(-0.5, 0.5)), ylab = "", xlab = "score relative to the best model (nats)", ...)
   abline(v = 0, col = grey(0.8))
+  segments(score - error, at, score + error, at)
   axis(2, at, vapply(x$models$noise, short_spec, ""), las = 1, cex.axis = 0.7)
   invisible(x)
 }
@@ -136,8 +177,8 @@ plot.pulson_audit <- function(x, ...) {
 plot.pulson_sample <- function(x, parameter = NULL, ...) {
   known <- setdiff(names(x$draws), c("chain", "draw"))
   if (is.null(parameter)) parameter <- known[1]
-  if (!parameter %in% known)
-    raise("input_error", sprintf("parameter: '%s' is none of %s", parameter, paste(known, collapse = ", ")))
+  if (length(parameter) != 1 || !parameter %in% known)
+    raise("input_error", sprintf("parameter: '%s' is none of %s", paste(parameter, collapse = ", "), paste(known, collapse = ", ")))
   plot(x$draws[[parameter]], type = "l", xlab = "draw, chain after chain", ylab = parameter, ...)
   invisible(x)
 }

@@ -6,25 +6,26 @@ as_shapes <- function(x, what) {
   refuse <- function(...) raise("input_error", paste0(what, ": ", sprintf(...)))
   if (inherits(x, "pulson_atlas")) x <- x$template
   if (is.list(x) && !is.data.frame(x)) {
-    held <- Find(function(name) is.numeric(x[[name]]), c("coords", "shape", "landmarks", "Shape", "land", "A"))
+    held <- Find(function(name) is.numeric(x[[name]]) || is.data.frame(x[[name]]),
+                 c("coords", "shape", "landmarks", "Shape", "land", "A"))
     if (!is.null(held)) return(as_shapes(x[[held]], paste0(what, "$", held)))
+    frames <- vapply(x, is.data.frame, NA)
+    x[frames] <- lapply(x[frames], frame_matrix, what)
     if (length(x) > 0 && all(vapply(x, function(each) is.numeric(each) && is.matrix(each), NA)))
       return(shapes_of_list(x, what))
+    if (length(x) == 0) refuse("it is empty")
     refuse("a list of %s holds no landmarks; a p x k x n array, a list of p x k matrices, or a list with one as $coords, $shape or $landmarks is needed",
            if (is.null(names(x))) class(x[[1]])[1] else paste(names(x), collapse = ", "))
   }
   if (is.data.frame(x)) {
-    numeric <- vapply(x, is.numeric, NA)
-    if (!all(numeric)) refuse("its column '%s' is no number; give a matrix of coordinates, a landmark in each row",
-                              names(x)[!numeric][1])
-    x <- as.matrix(x)
-    if (identical(rownames(x), as.character(seq_len(nrow(x))))) rownames(x) <- NULL
+    if (is_long(x)) return(shapes_of_long(x, what))
+    x <- frame_matrix(x, what)
   }
   if (is.complex(x)) return(shapes_of_complex(x, what))
   if (!is.numeric(x)) refuse("numbers are needed, and it is of the class %s", class(x)[1])
   if (any(is.infinite(x))) refuse("a coordinate is infinite; NA marks a missing landmark")
   sizes <- dim(x)
-  if (is.null(sizes)) return(as_shapes(matrix(x, ncol = 1, dimnames = list(names(x), NULL)), what))
+  if (length(sizes) < 2) return(as_shapes(matrix(x, ncol = 1, dimnames = list(names(x), NULL)), what))
   if (any(sizes == 0)) refuse("it is empty (%s)", paste(sizes, collapse = " x "))
   if (length(sizes) == 2) {
     check_axes(sizes, what)
@@ -41,11 +42,39 @@ as_shapes <- function(x, what) {
   list(points = points, names = names, kind = "array")
 }
 
+# Row names that are all integers are the numbers of rows, as a part of a data frame has them, and no names of landmarks.
 plain_points <- function(x) {
   labels <- rownames(x)
   storage.mode(x) <- "double"
-  if (!is.null(labels) && !any(nzchar(labels))) labels <- NULL
+  if (!any(nzchar(labels)) || all(grepl("^[0-9]*$", labels))) labels <- NULL
   matrix(x, nrow(x), ncol(x), dimnames = list(labels, NULL))
+}
+
+frame_matrix <- function(x, what) {
+  numeric <- vapply(x, is.numeric, NA)
+  hint <- "; a table of specimens and landmarks has the coordinates in columns x, y and z"
+  if (!all(numeric)) raise("input_error", sprintf("%s: its column '%s' is no number%s", what, names(x)[!numeric][1], hint))
+  told <- grepl("^(specimen|individual|ind|id|landmark|lm|point|label|name)s?$", names(x), ignore.case = TRUE)
+  if (any(told)) raise("input_error", sprintf("%s: its column '%s' is no coordinate%s", what, names(x)[told][1], hint))
+  as.matrix(x)
+}
+
+# A table with columns x and y, and others that say of which specimen and landmark they are: read as the program reads it.
+is_long <- function(x) {
+  axes <- tolower(names(x)) %in% c("x", "y", "z")
+  any(axes) && !all(axes)
+}
+
+shapes_of_long <- function(x, what) {
+  folder <- run_folder()
+  on.exit(unlink(folder, recursive = TRUE))
+  path <- file.path(folder, paste0(what, ".csv"))
+  x[] <- lapply(x, function(column) if (is.numeric(column)) ifelse(is.na(column), NA, sprintf("%.17g", column))
+                else enc2utf8(as.character(column)))
+  write.csv(x, path, row.names = FALSE, fileEncoding = "UTF-8")
+  held <- pulson_read(path)
+  if (is.list(held) || dim(held)[3] > 1) return(as_shapes(held, what))
+  as_shapes(matrix(held, dim(held)[1], dimnames = list(rownames(held), NULL)), what)
 }
 
 shapes_of_list <- function(x, what) {
@@ -107,7 +136,9 @@ like_input <- function(points, input, shapes) {
     return(result)
   }
   if (shapes$kind == "list") {
-    for (i in seq_along(points)) dimnames(points[[i]]) <- dimnames(input[[i]])
+    if (is.data.frame(input)) return(setNames(points, shapes$names))
+    for (i in seq_along(points))
+      dimnames(points[[i]]) <- if (is.data.frame(input[[i]])) dimnames(as.matrix(input[[i]])) else dimnames(input[[i]])
     return(setNames(points, names(input)))
   }
   result <- as_array(points, shapes$names)
@@ -118,6 +149,8 @@ like_input <- function(points, input, shapes) {
 # A file of the shapes in `folder`, or the address of a file that is the user's.
 shape_argument <- function(x, what, folder) {
   if (is.character(x)) {
+    if (length(x) == 0 || anyNA(x)) raise("input_error", sprintf("%s: the name of a file is needed", what))
+    x <- path.expand(x)
     path <- sub("#[^#]*$", "", x)
     missing <- !file.exists(path) & !file.exists(x)
     if (any(missing)) raise("input_error", sprintf("%s: there is no file '%s'", what, x[missing][1]))
@@ -126,6 +159,7 @@ shape_argument <- function(x, what, folder) {
     return(list(words = address, shapes = NULL))
   }
   shapes <- as_shapes(x, what)
+  if (shapes$kind == "list") file.create(file.path(folder, paste0(what, ".list")))  # for messages
   # Of a file with several shapes, or of one without names, the file names the shape.
   list(words = write_shapes(shapes, file.path(folder, paste0(what, ".json"))), shapes = shapes)
 }
@@ -143,8 +177,10 @@ pulson_read <- function(file, ...) {
   folder <- run_folder()
   on.exit(unlink(folder, recursive = TRUE))
   out <- file.path(folder, "shapes.json")
-  run_program(c("convert", shape_argument(file, "file", folder)$words, paste0("--out=", out), option_words(list(...))),
-              folder)
+  if (!is.character(file))
+    raise("input_error", sprintf("file: the name of a file is needed, and it is of the class %s", class(file)[1]))
+  run_program(c("convert", shape_argument(file, "file", folder)$words, paste0("--out=", out),
+                option_words(list(...), "convert")), folder)
   shapes_of_file(out)
 }
 
@@ -161,10 +197,11 @@ shapes_of_file <- function(path) {
 }
 
 pulson_write <- function(shapes, file, ...) {
+  one_file(file, "file")
   folder <- run_folder()
   on.exit(unlink(folder, recursive = TRUE))
   out <- file.path(normalizePath(dirname(file), mustWork = FALSE), basename(file))
   run_program(c("convert", shape_argument(shapes, "shapes", folder)$words, paste0("--out=", out),
-                option_words(list(...))), folder)
+                option_words(list(...), "convert")), folder)
   invisible(file)
 }

@@ -39,6 +39,24 @@ stopifnot(inherits(cohort, "pulson_cohort"), identical(as.data.frame(cohort)$spe
 one <- quietly(pulson_register(leaves[, , 1], leaves[, , 3], kernel = "gaussian:alpha=100", lambda = 1e-4))
 same(cohort$registrations$leaf_3$momenta, one$momenta)
 
+# Landmarks that are left out keep their rows.
+gone <- leaves[, , 1]
+gone[6, ] <- NaN
+left <- quietly(pulson_register(gone, leaves[, , 2]))
+rest <- quietly(pulson_register(gone[-6, ], leaves[-6, , 2]))
+for (name in c("source", "aligned", "target", "result", "momenta")) {
+  stopifnot(identical(dim(left[[name]]), c(19L, 2L)), all(is.na(left[[name]][6, ])))
+  same(left[[name]][-6, ], rest[[name]], name)
+}
+stopifnot(identical(rownames(as.data.frame(left))[6], "7"), any(grepl("left out 1 landmark", capture.output(left))))
+named <- leaves[, , 1]
+rownames(named) <- paste0("p", 1:19)
+left <- quietly(pulson_register(named, named[3:14, ]))
+stopifnot(identical(rownames(left$result), rownames(named)), which(!is.na(left$result[, 1])) == 3:14)
+two <- quietly(pulson_register(gone, leaves[, , 2:3]))
+stopifnot(nrow(two$registrations[[2]]$result) == 19,
+          nrow(quietly(pulson_register(leaves[, , 1], leaves[, , 2], landmarks = c(2, 1, 5:9)))$result) == 7)
+
 # ---- atlas with a formula
 size <- centroid_size(leaves)
 form <- rep(c("long, thin", "wide"), 4)
@@ -84,6 +102,26 @@ ends <- pulson_mode(called, 1, 1)
 norm <- sum((ends - called$template)^2)
 stopifnot(all.equal(stats::var(called$modes$scores[, 1]), called$modes$eigenvalues[1]), norm > 0,
           max(abs(pulson_mode(called, 1, 0) - called$template)) < 1e-9)
+# A vector with a value for each specimen is a column of a table, and its tests are printed.
+column_csv <- paste0(at("data.csv"), ":form")
+given <- quietly(pulson_atlas(leaves, groups = factor(form), permutations = 9))
+named <- quietly(pulson_atlas(leaves, groups = setNames(rev(form), rev(dimnames(leaves)[[3]])), permutations = 9))
+filed <- quietly(pulson_atlas(leaves, groups = column_csv, permutations = 9))
+for (one in list(given, named, filed)) {
+  stopifnot(identical(one$group, form), identical(one$anova$p_value, grouped$anova$p_value))
+  shown <- capture.output(print(one))
+  stopifnot(any(grepl("8 specimens, 9 permutations", shown)), any(grepl("momenta R2 +F +Z +p", shown)))
+}
+both <- quietly(pulson_atlas(leaves, groups = form, covariate = size, permutations = 9))
+stopifnot(both$anova$model == rep(c("covariate", "groups"), each = 3))
+stopifnot(nrow(quietly(pulson_audit(leaves, repeats = rep(1:4, 2)))$findings) >= 0)
+array_of_one <- tapply(size, names(size), mean)
+same(quietly(pulson_atlas(leaves ~ array_of_one, permutations = 9))$anova$f,
+     quietly(pulson_atlas(leaves ~ size, permutations = 9))$anova$f)
+factored <- quietly(pulson_atlas(leaves ~ factor(rep(1:2, 4)), permutations = 9))
+shown <- factored$printed[grep("R\u00b2|factor|residuals", factored$printed)]
+stopifnot(!any(grepl("factor(factor", factored$printed, fixed = TRUE)), length(shown) == 4,
+          regexpr("1 ", shown[3])[1] > 0, regexpr(" 1  ", shown[3])[1] == regexpr(" 6  ", shown[4])[1])
 broken <- leaves
 broken[4, , 6] <- NA
 filled <- quietly(pulson_atlas(broken))
@@ -100,16 +138,26 @@ stopifnot(program("compare", at("two.csv"), "-o", at("compare"), "--no-picture",
                   "3")$code == 0)
 same(called$models$log_evidence, column(at("compare", "models.csv"), "log_evidence"))
 same(called$best, record(at("compare", "comparison.json"))$best)
+# What is printed is the score and its differences, as the program does.
+shown <- capture.output(print(called))
+best <- which.max(called$models$score)
+stopifnot(all.equal(called$models$difference, called$models$score - max(called$models$score)), any(grepl("score", shown)),
+          !any(grepl("log_evidence", shown)), any(grepl(called$verdict[1], paste(trimws(shown), collapse = " "), fixed = TRUE)),
+          identical(rownames(as.data.frame(called)), c("1", "2")), identical(rownames(called$numbers),
+          as.character(seq_len(nrow(called$numbers)))), is.logical(called$models$converged),
+          is.logical(called$shapes$converged), is.null(called$shapes$shape))
 fitted <- quietly(pulson_compare(leaves[, , 1], leaves[, , 2], noise = c("none", "ch-sd:beta=fit"), sigma = 0.5,
                                 kernel = "gaussian:alpha=100", lambda = 0.001))
-stopifnot(nrow(fitted$models) == 2, fitted$numbers$number == "beta")
+stopifnot(nrow(fitted$models) == 2, fitted$numbers$number == "beta", is.logical(fitted$numbers$vanishes),
+          rownames(fitted$models) == 1:2)
 wrong <- leaves
 wrong[c(3, 12), , 5] <- wrong[c(12, 3), , 5]
 called <- quietly(pulson_audit(wrong, fix = TRUE))
 invisible(write_cohort(wrong, at("wrong.csv")))
 stopifnot(program("audit", at("wrong.csv"), "-o", at("audit"), "--no-picture")$code == 0)
 same(called$findings$log_ratio, column(at("audit", "audit.csv"), "log_ratio"))
-stopifnot(called$findings$kind == "exchanged", called$findings$specimen == "leaf_5")
+stopifnot(called$findings$kind == "exchanged", called$findings$specimen == "leaf_5",
+          identical(called$findings$mended, TRUE))
 same(called$mended, leaves)
 stopifnot(nrow(quietly(pulson_audit(leaves))$findings) == 0)
 pair <- list(matrix(c(0, 1), 2), matrix(c(0.1, 1.2), 2))
@@ -131,4 +179,12 @@ for (one in list(fit, cohort, filled, called, quietly(pulson_audit(wrong)))) {
   plot(one)
 }
 plot(filled, "mode")
+plot(filled, modes = 2)
+plot(given)
+plot(fitted)
+# A cohort is drawn over its source, with the alignments undone; on a line, a row for each.
+undone <- pulson:::in_frame_of_source(cohort$registrations$leaf_3)
+stopifnot(sqrt(mean((undone - leaves[, , 1])^2)) < 30)
+line <- array(c(0, 1, 3, 0, 1.2, 3.1, 0.1, 1, 3.3), c(3, 1, 3))
+plot(quietly(pulson_register(line[, , 1], line)))
 invisible(grDevices::dev.off())

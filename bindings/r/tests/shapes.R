@@ -30,6 +30,27 @@ back <- there_and_back(uneven)
 stopifnot(identical(names(back), c("one", "two")))
 same(back$one, uneven$one)
 
+# Numbers of rows are no names of landmarks; parts of a table, and a whole one, are shapes.
+table <- data.frame(specimen = rep(dimnames(leaves)[[3]], each = 19), landmark = 1:19, x = as.vector(leaves[, 1, ]),
+                    y = as.vector(leaves[, 2, ]))
+part <- function(i) table[table$specimen == dimnames(leaves)[[3]][i], c("x", "y")]
+plain <- quietly(pulson_register(leaves[, , 1], leaves[, , 2]))
+for (as in list(identity, as.matrix))
+  same(quietly(pulson_register(as(part(1)), as(part(2))))$momenta, plain$momenta)
+numbered <- leaves
+rownames(numbered) <- 3:21
+same(quietly(pulson_register(numbered[, , 1], leaves[, , 2]))$momenta, plain$momenta)
+parts <- split(table[c("x", "y")], table$specimen)
+same(there_and_back(parts), leaves)
+same(there_and_back(lapply(parts, as.matrix)), leaves)
+stopifnot(identical(names(quietly(pulson_warp(plain, parts))), names(parts)))
+same(there_and_back(table), leaves)
+stopifnot(identical(names(centroid_size(table)), dimnames(leaves)[[3]]))
+same(quietly(pulson_register(table[1:19, ], table[20:38, ]))$momenta, plain$momenta)
+fails(pulson_atlas(setNames(table, c("specimen", "lm", "c1", "c2"))), "pulson_input_error", "columns x, y and z")
+fails(pulson_atlas(data.frame(specimen = 1:4, lm = 1, u = 1, v = 1)), "pulson_input_error", "columns x, y and z")
+same(there_and_back(array(c(0, 1, 3), 3)), c(0, 1, 3))
+
 # Another program's reader sees the same.
 path <- tempfile(fileext = ".csv")
 quietly(pulson_write(leaves[, , 1], path))
@@ -45,7 +66,7 @@ fails(pulson_atlas(leaves[, , 1]), "pulson_input_error", "one specimen")
 fails(pulson_atlas(leaves[, , 0]), "pulson_input_error", "it is empty")
 fails(pulson_atlas(list(size = 1)), "pulson_input_error", "holds no landmarks")
 fails(pulson_atlas(factor("a")), "pulson_input_error", "class factor")
-fails(pulson_atlas(data.frame(name = "a", x = 1)), "pulson_input_error", "'name' is no number")
+fails(pulson_atlas(data.frame(name = "a", u = 1)), "pulson_input_error", "'name' is no number")
 fails(pulson_register(leaves[, , 1] / 0, leaves[, , 2]), "pulson_input_error", "infinite")
 fails(pulson_register("nowhere.tps", leaves[, , 2]), "pulson_input_error", "there is no file 'nowhere.tps'")
 fails(pulson_register(array(0, c(2, 2, 2, 2)), leaves[, , 2]), "pulson_input_error", "4 dimensions")

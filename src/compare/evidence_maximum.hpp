@@ -4,9 +4,11 @@
 #include <optional>
 #include <vector>
 
-#include "newton.hpp"
+#include "matching/maximum.hpp"
 
 namespace pulson::compare {
+
+using matching::Box, matching::SecondOrder;
 
 /// The log evidence of a cohort at a place x: a number, and where it was sampled what each group of the draws would
 /// make of it if it were left out, from which the error of differences follows.
@@ -28,9 +30,9 @@ struct LocalEvidence {
   Eigen::MatrixXd gradients_without_group;  ///< a column each
 };
 
-/// @param metric about the information: that of the linear models
-std::optional<LocalEvidence> evidence_about(const EvidenceAt& evidence, const Eigen::VectorXd& x,
-                                            const Eigen::MatrixXd& metric, const Box& box);
+/// @param here the evidence at x @param metric about the information: that of the linear models
+LocalEvidence evidence_about(const EvidenceAt& evidence, const Eigen::VectorXd& x, const Evidence& here,
+                             const Eigen::MatrixXd& metric, const Box& box);
 
 /// By Newton's method. @param converged whether a further step would gain less than kAtMaximum, or none of its halves
 /// gains anything where the slope promises little

@@ -70,7 +70,7 @@ std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found&
   for (Index i = 0; i < n; ++i)
     if (!(cohort.open()[at(i)].is_variance() && x[i] < 2 * kNegligible)) present.push_back(i);
   VectorXd errors = VectorXd::Zero(n);
-  MatrixXd information = cohort.linear_evidence(matches, x).slope.information;
+  MatrixXd information = cohort.linear_evidence(matches, x).information;
   if (found.maximum)  // linear models do not know that fields of noise have the width of the kernel, too
     information.diagonal() = information.diagonal().cwiseMax(found.maximum->local.curvatures);
   errors(present) = deviations(information(present, present));

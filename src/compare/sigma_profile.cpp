@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "compare/cohort_model.hpp"
-#include "compare/newton.hpp"
 #include "compare/open_noise.hpp"
 #include "compare/statistics.hpp"
 #include "core/text.hpp"
@@ -76,10 +75,11 @@ class Walk {
     Box box = model_.box();
     box.least[held_] = box.most[held_] = place;
     for (int turn = 0; turn < kMostTurnsAtSigma; ++turn) try {
-        const BoxMaximum there = maximise_in_box(
-            [&](const VectorXd& x) { return model_.linear_value(best, x); },
-            [&](const VectorXd& x) { return model_.linear_evidence(best, x).slope; }, box, box.clipped(best.x));
-        Matches next = model_.match(there.x, &best, kEffort);
+        const VectorXd there =
+            maximise_by_newton([&](const VectorXd& x) { return model_.linear_value(best, x); },
+                               [&](const VectorXd& x) { return model_.linear_evidence(best, x); }, box, best.x)
+                .x;
+        Matches next = model_.match(there, &best, kEffort);
         const double gain = next.log_evidence - best.log_evidence;
         if (gain > 0) best = std::move(next);
         constexpr double kGain = 0.05;  // nats: far below what decides

@@ -22,7 +22,7 @@ using matching::kWidestFit;
 
 constexpr double kLeastTau = 1e-6, kMostTau = 10;  // λσ², over K(0)
 constexpr double kLeastNoise = 1e-12;              // σ² over K(0)/λ, for a regular matrix
-constexpr double kPrecision = 0.01;  // of logarithms: half the deviation √(2/ν) of log λ at ν = 5,000
+constexpr double kPrecision = 1e-3;                // of logarithms: a fifth of what rounds of a robust fit end at
 
 // Columns whose outer products sum to a covariance.
 MatrixXd factor_of(const MatrixXd& covariance) {

@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "compare/facts.hpp"
+#include "compare/statistics.hpp"
 #include "pulson/core/name_table.hpp"
 #include "sentences.hpp"
 #include "shell/messages.hpp"
@@ -15,11 +16,8 @@
 namespace pulson {
 namespace {
 
-constexpr double kDecisive = 3;  // nats, and two standard errors: smaller differences do not separate two models
-
 bool is_behind(const compare::ComparedModel& model) {
-  const double error = std::isnan(model.difference.standard_error) ? 0 : model.difference.standard_error;
-  return -model.difference.value > std::max(kDecisive, 2 * error);
+  return compare::is_decisive(-model.difference.value, model.difference.standard_error);
 }
 
 constexpr const char* kNothingToTell = "these shapes do not differ beyond sigma, and say nothing of any model";

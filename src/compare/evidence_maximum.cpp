@@ -16,14 +16,14 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kStencil = 0.7;  // standard deviations: a third derivative enters by its half, draws' errors by 1/0.7
-constexpr double kMostStencil = 0.7, kLeastStencil = 1e-3;  // of x, whatever the metric has
+constexpr double kLeastStencil = 1e-3;  // of x, whatever the metric has: it is of logarithms, at most kStencil
 // Of the metric's: the linear models' curvature is right to a factor of a few, or the number is not determined.
 constexpr double kLeastOfMetric = 0.1, kMostOfMetric = 100;
+// Eight steps cross a factor e⁸ of any number; where an eighth of one does not rise, the draws' errors are its slope.
 constexpr int kMostSteps = 8, kMostHalvings = 4;
 // Nats that the stencil's slope may promise where the evidence itself no longer rises: a third derivative, which it has
 // half of, promised 0.02 of six shapes of five landmarks about their mean, whose width is hardly determined.
 constexpr double kPromised = 0.1;
-constexpr double kLongest = 1;   // of a step of Newton's method, in each coordinate: a factor e
 constexpr int kMostOutward = 6;  // places at which an end is sought
 constexpr double kAtEnd = 0.1;   // nats: within 0.05 deviations of an end
 constexpr double kFarthest = 3;  // times the distance at which a parabola ends
@@ -61,7 +61,7 @@ LocalEvidence evidence_about(const EvidenceAt& evidence, const VectorXd& x, cons
   VectorXd curvatures(n);
   for (Index i = 0; i < n; ++i) {
     const double by_metric = std::max(metric(i, i), 1e-6);
-    const double h = std::clamp(kStencil / std::sqrt(by_metric), kLeastStencil, kMostStencil);
+    const double h = std::clamp(kStencil / std::sqrt(by_metric), kLeastStencil, kStencil);
     const auto beside = [&](double step) -> std::optional<Evidence> {
       const VectorXd to = x + step * VectorXd::Unit(n, i);
       if (to[i] < box.least[i] || to[i] > box.most[i]) return std::nullopt;
@@ -110,8 +110,7 @@ std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, con
     return best.local.slope;
   };
   const matching::NewtonMaximum found = maximise_by_newton(
-      value, model, box, start,
-      {.tolerance = kAtMaximum, .longest_step = kLongest, .most_steps = kMostSteps, .most_halvings = kMostHalvings});
+      value, model, box, start, {.tolerance = kAtMaximum, .most_steps = kMostSteps, .most_halvings = kMostHalvings});
   best.converged = found.converged || (any && are_known && found.gain < kPromised);
   return best;
 }

@@ -56,8 +56,9 @@ std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, con
 /// covers 90 %, 1.642 at the bound; Q is the normal distribution's upper tail (G. Feldman and R. Cousins 1998).
 double drop_of_ninety(double from_bound);
 
-/// Far from any bound.
-inline constexpr double kDropOfNinety = 2.70554 / 2;
+/// Standard deviations of a normal law on either side, within which 90 % is; and the drop far from any bound.
+inline constexpr double kNinety = 1.644854;
+inline constexpr double kDropOfNinety = kNinety * kNinety / 2;
 
 /// The interval of 90 % of each number by the profile of the evidence, ±∞ where it does not fall before a bound: where
 /// the number is that and the others are where the evidence to second order has them best, at which the evidence itself

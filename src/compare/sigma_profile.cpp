@@ -25,7 +25,6 @@ using Eigen::VectorXd;
 constexpr double kFactor = 2;    // of σ beyond the fits
 constexpr double kWidest = 256;  // the last place over the first: for noise in place of σ, which is ever less
 constexpr int kFewestPlaces = 5, kMostPlaces = 9;      // a factor of √2 apart, where that is not too many
-constexpr double kDecisive = 3;                        // nats, and two standard errors: as of the verdict
 constexpr int kMostTurnsAtSigma = 3;                   // of numbers and matches at one σ
 constexpr auto kEffort = CohortModel::Effort::kRough;  // to 0.01 nat a shape, far below what decides
 constexpr int kBorderCuts = 20;                        // halvings between two places: to 1e-6
@@ -103,10 +102,6 @@ double error_of_difference(const CohortFit& a, const CohortFit& b) {
   for (Index s = 0; s < differences.size(); ++s)
     differences[s] = a.shapes[at(s)].log_evidence - b.shapes[at(s)].log_evidence;
   return std::sqrt(static_cast<double>(differences.size())) * standard_deviation(differences);
-}
-
-bool is_decisive(double difference, double error) {
-  return difference > std::max(kDecisive, std::isfinite(error) ? 2 * error : 0.0);
 }
 
 // From half the least to twice the greatest σ of the models that the fits do not distinguish, evenly in log σ.

@@ -18,9 +18,7 @@ namespace {
 std::string nothing_to_tell(const compare::Comparison& comparison) {
   if (!comparison.settings.fit_sigma) return "these shapes do not differ beyond sigma, and say nothing of any model";
   return fmt::format(
-      "these shapes say nothing of any model: independent variation of landmarks (sigma, fitted: {:.3g}) explains "
-      "their "
-      "differences",
+      "these shapes say nothing of any model: independent variation of landmarks, sigma {:.3g}, explains all",
       comparison.models[comparison.best].fit.sigma);
 }
 

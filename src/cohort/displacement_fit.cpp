@@ -5,8 +5,8 @@
 #include <numeric>
 
 #include "core/factorisations.hpp"
-#include "inference/log_maximum.hpp"
 #include "matching/displacement_likelihood.hpp"
+#include "matching/maximum.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson::cohort {
@@ -22,6 +22,7 @@ using matching::kWidestFit;
 
 constexpr double kLeastTau = 1e-6, kMostTau = 10;  // λσ², over K(0)
 constexpr double kLeastNoise = 1e-12;              // σ² over K(0)/λ, for a regular matrix
+constexpr double kPrecision = 1e-3;                // of logarithms: a fifth of what rounds of a robust fit end at
 
 // Columns whose outer products sum to a covariance.
 MatrixXd factor_of(const MatrixXd& covariance) {
@@ -75,55 +76,25 @@ CohortDisplacements fit_cohort_displacements(const std::vector<Points>& shapes, 
                           : KernelOperator({{KernelProfile::kMatern32, size * std::exp(log_width), 1}});
   };
   const std::optional<double> tau = given_tau(options);
-  const auto value = [&](const DisplacementLikelihood& likelihood, double log_tau) {
-    const double t = tau.value_or(std::exp(log_tau));
-    return likelihood(t, variance_at(likelihood, t, options));
+  // The logarithms of the width, in diameters, and of τ. A likelihood serves all τ of its width.
+  double width = std::nan("");
+  std::optional<DisplacementLikelihood> likelihood;
+  const auto tau_at = [&](const VectorXd& x) { return tau.value_or(std::exp(x[1])); };
+  const auto value = [&](const VectorXd& x) {
+    if (x[0] != width) likelihood.emplace(kernel_at(width = x[0]), data);
+    return (*likelihood)(tau_at(x), variance_at(*likelihood, tau_at(x), options));
   };
-
-  // The best of a grid, and Powell's method from there.
-  const double middle = std::log(std::sqrt(kNarrowestFit * kWidestFit)),
-               half = std::log(std::sqrt(kWidestFit / kNarrowestFit));
-  const double scale = kernel_at(middle).at_zero();
-  const double least = std::log(kLeastTau * scale), most = std::log(kMostTau * scale);
-  double log_width = middle, log_tau = least, best = -std::numeric_limits<double>::infinity();
-  constexpr int kWidths = 2, kTaus = 12;
-  for (int i = options.kernel ? 0 : -kWidths; i <= (options.kernel ? 0 : kWidths); ++i) {
-    const double width = middle + i * half / kWidths;
-    const DisplacementLikelihood likelihood(kernel_at(width), data);
-    for (int j = 0; j <= (tau ? 0 : kTaus); ++j) {
-      const double at = least + j * (most - least) / kTaus;
-      if (const double here = value(likelihood, at); here > best) log_width = width, log_tau = at, best = here;
-    }
-  }
-  const Index free = (options.kernel ? 0 : 1) + (tau ? 0 : 1);
-  if (free > 0) {
-    inference::LogSearch search =
-        inference::log_search(free, half, 0.01, 60);  // the grid's best may lie on a bound, up to rounding
-    search.with_deviations = false;
-    Index next = 0;
-    if (!options.kernel) {
-      search.least[next] = std::min(0.0, middle - half - log_width);
-      search.most[next++] = std::max(0.0, middle + half - log_width);
-    }
-    if (!tau) {
-      search.least[next] = std::min(0.0, least - log_tau);
-      search.most[next] = std::max(0.0, most - log_tau);
-    }
-    const auto place = [&](const VectorXd& x) {
-      return std::pair(log_width + (options.kernel ? 0 : x[0]), log_tau + (tau ? 0 : x[x.size() - 1]));
-    };
-    const inference::LogMaximum found = maximise_over_logs(
-        [&](const VectorXd& x) {
-          return value(DisplacementLikelihood(kernel_at(place(x).first), data), place(x).second);
-        },
-        search);
-    std::tie(log_width, log_tau) = place(found.x);
-    best = found.value;
-  }
-  const KernelOperator kernel = kernel_at(log_width);
-  const double t = tau.value_or(std::exp(log_tau));
-  const double variance = variance_at(DisplacementLikelihood(kernel, data), t, options);
-  return {kernel, 1 / variance, options.sigma.value_or(std::sqrt(t * variance)), best};
+  constexpr int kWidths = 5, kTaus = 13;
+  const double scale = kernel_at(std::log(std::sqrt(kNarrowestFit * kWidestFit))).at_zero();
+  matching::Box box{VectorXd{{std::log(kNarrowestFit), std::log(kLeastTau * scale)}},
+                    VectorXd{{std::log(kWidestFit), std::log(kMostTau * scale)}}};
+  if (options.kernel) box.most[0] = box.least[0];
+  if (tau) box.most[1] = box.least[1];
+  const matching::Maximum found =
+      maximise_from_grid(value, box, {options.kernel ? 1 : kWidths, tau ? 1 : kTaus}, {.tolerance = kPrecision});
+  value(found.x);
+  const double t = tau_at(found.x), variance = variance_at(*likelihood, t, options);
+  return {kernel_at(width), 1 / variance, options.sigma.value_or(std::sqrt(t * variance)), found.value};
 }
 
 double difference(const CohortDisplacements& first, const CohortDisplacements& second, const Points& mean) {

@@ -89,7 +89,8 @@ Geodesics::Geodesics(const KernelOperator& kernel, int steps, double lambda, dou
 PhaseState Geodesics::step(const PhaseState& state, int k) const {
   const double dt = grid_.dt();
   const auto rates = [&](const PhaseState& at) {
-    return PhaseState{hamiltonian_.velocity(at), -hamiltonian_.force(at)};
+    const Flow flow = hamiltonian_.flow(at);
+    return PhaseState{flow.velocity, -flow.force};
   };
   const auto moved = [&](const PhaseState& rate, double time) {
     return PhaseState{state.q + time * rate.q, state.p + time * rate.p};

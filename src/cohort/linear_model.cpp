@@ -9,6 +9,7 @@
 #include <Eigen/QR>
 #include <fmt/format.h>
 
+#include "matching/maximum.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
@@ -57,28 +58,11 @@ double log_likelihood(const VectorXd& logs, double power) {
   return -0.5 * std::log(variance) + (power - 1) * logs.mean();
 }
 
-// The most likely power, by golden sections.
+// The most likely power.
 double box_cox_power(const VectorXd& logs) {
-  constexpr double kGolden = 0.6180339887498949, kPrecision = 1e-4;
-  double low = -kMostPower, high = kMostPower;
-  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
-  double at_a = log_likelihood(logs, a), at_b = log_likelihood(logs, b);
-  while (high - low > kPrecision) {
-    if (at_a > at_b) {
-      high = b;
-      b = a;
-      at_b = at_a;
-      a = high - kGolden * (high - low);
-      at_a = log_likelihood(logs, a);
-    } else {
-      low = a;
-      a = b;
-      at_a = at_b;
-      b = low + kGolden * (high - low);
-      at_b = log_likelihood(logs, b);
-    }
-  }
-  const double power = (low + high) / 2;
+  const auto at = [&](const VectorXd& power) { return log_likelihood(logs, power[0]); };
+  const matching::Box box{VectorXd{{-kMostPower}}, VectorXd{{kMostPower}}};
+  const double power = maximise(at, box, VectorXd::Zero(1)).x[0];
   constexpr double kLogarithm = 1e-3;  // of RRPP: powers so small are the logarithm
   return std::abs(power) < kLogarithm ? 0 : power;
 }

@@ -8,7 +8,7 @@
 
 #include "core/factorisations.hpp"
 #include "displacement_fit.hpp"
-#include "inference/log_maximum.hpp"
+#include "matching/maximum.hpp"
 #include "posed_shapes.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
@@ -41,24 +41,20 @@ struct PriorFit {
 
   PriorFit(const VectorXd& scatter, double n) {
     const Index m = scatter.size();
-    const auto log_marginal = [&](double log_weight, double log_scale) {
-      const double delta = std::exp(log_weight), nu = delta + static_cast<double>(m) + 1;
+    const auto log_marginal = [&](const VectorXd& logs) {
+      const double delta = std::exp(logs[0]), nu = delta + static_cast<double>(m) + 1;
       const auto dimension = static_cast<double>(m);
-      return 0.5 * nu * dimension * log_weight - 0.5 * n * dimension * log_scale -
-             0.5 * (nu + n) * (delta + scatter.array() * std::exp(-log_scale)).log().sum() +
-             log_gamma(m, (nu + n) / 2) - log_gamma(m, nu / 2);
+      return 0.5 * nu * dimension * logs[0] - 0.5 * n * dimension * logs[1] -
+             0.5 * (nu + n) * (delta + scatter.array() * std::exp(-logs[1])).log().sum() + log_gamma(m, (nu + n) / 2) -
+             log_gamma(m, nu / 2);
     };
-    const double log_scale = std::log(std::max(scatter.sum() / (n * static_cast<double>(m)), 1e-300));
-    double log_weight = 0, best = -std::numeric_limits<double>::infinity();
-    constexpr double kLeast = -3, kMost = 14;  // from a twentieth of a specimen to a million
-    for (double at = kLeast; at <= kMost; at += 1)
-      if (const double here = log_marginal(at, log_scale); here > best) log_weight = at, best = here;
-    inference::LogSearch search = inference::log_search(2, 1.5, 1e-3, 100);
-    search.with_deviations = false;
-    const inference::LogMaximum found = maximise_over_logs(
-        [&](const VectorXd& x) { return log_marginal(log_weight + x[0], log_scale + x[1]); }, search);
-    weight = std::exp(log_weight + found.x[0]);
-    scale = std::exp(log_scale + found.x[1]);
+    // Weights from a twentieth of a specimen to a million; scales about that of the scatter.
+    constexpr double kLeast = -3, kMost = 14, kScales = 1.5;
+    const double middle = std::log(std::max(scatter.sum() / (n * static_cast<double>(m)), 1e-300));
+    const matching::Box box{VectorXd{{kLeast, middle - kScales}}, VectorXd{{kMost, middle + kScales}}};
+    const VectorXd found = maximise_from_grid(log_marginal, box, {18, 3}).x;
+    weight = std::exp(found[0]);
+    scale = std::exp(found[1]);
   }
 };
 

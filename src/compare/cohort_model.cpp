@@ -343,8 +343,7 @@ double CohortModel::linear_value(const Matches& about, const VectorXd& x) const 
   return values.sum() + of_own_mean(about, model);
 }
 
-CohortModel::LinearEvidence CohortModel::linear_evidence_with(const Matches& about, const VectorXd& x,
-                                                              bool with_sigma) const {
+SecondOrder CohortModel::linear_evidence_with(const Matches& about, const VectorXd& x, bool with_sigma) const {
   const Index n = count() + (with_sigma ? 1 : 0);
   const Specimen::Model model = this->model(x);
   std::vector<Specimen::Model> aside;
@@ -353,44 +352,43 @@ CohortModel::LinearEvidence CohortModel::linear_evidence_with(const Matches& abo
     aside.push_back(model);
     aside.back().sigma *= std::exp(kDifference);
   }
-  std::vector<LinearEvidence> all(at(shapes()), {0, {VectorXd(n), MatrixXd(n, n)}});
+  std::vector<SecondOrder> all(at(shapes()), {0, VectorXd(n), MatrixXd(n, n)});
   parallel_for(shapes(), [&](int s) {
     const posterior::LinearModel& linear = *about.minima[at(s)].linear;
     const OfShape here(linear, model);
-    LinearEvidence& of_shape = all[at(s)];
+    SecondOrder& of_shape = all[at(s)];
     of_shape.value = here.value;
     std::vector<MatrixXd> parts;  // L⁻¹ C_i L⁻ᵀ
     for (Index i = 0; i < n; ++i) {
       const MatrixXd change = (linear.covariance(aside[at(i)]) - here.covariance) / kDifference;
       const MatrixXd half = here.factors.matrixL().solve(change);
       parts.emplace_back(here.factors.matrixL().solve(MatrixXd(half.transpose())));
-      of_shape.slope.gradient[i] = 0.5 * (here.weighed.dot(change * here.weighed) - parts.back().trace());
+      of_shape.gradient[i] = 0.5 * (here.weighed.dot(change * here.weighed) - parts.back().trace());
       for (Index j = 0; j <= i; ++j)
-        of_shape.slope.information(i, j) = of_shape.slope.information(j, i) =
-            0.5 * parts[at(i)].cwiseProduct(parts[at(j)]).sum();
+        of_shape.information(i, j) = of_shape.information(j, i) = 0.5 * parts[at(i)].cwiseProduct(parts[at(j)]).sum();
     }
   });
-  LinearEvidence sum{0, {VectorXd::Zero(n), MatrixXd::Zero(n, n)}};
-  for (const LinearEvidence& of_shape : all) {
+  SecondOrder sum{0, VectorXd::Zero(n), MatrixXd::Zero(n, n)};
+  for (const SecondOrder& of_shape : all) {
     sum.value += of_shape.value;
-    sum.slope.gradient += of_shape.slope.gradient;
-    sum.slope.information += of_shape.slope.information;
+    sum.gradient += of_shape.gradient;
+    sum.information += of_shape.information;
   }
   if (!own_mean_) return sum;
   // Of complete shapes the information is that of all but one.
   const double of_mean = of_own_mean(about, model);
   sum.value += of_mean;
-  for (Index i = 0; i < n; ++i) sum.slope.gradient[i] += (of_own_mean(about, aside[at(i)]) - of_mean) / kDifference;
-  sum.slope.information *= 1 - 1 / static_cast<double>(shapes());
+  for (Index i = 0; i < n; ++i) sum.gradient[i] += (of_own_mean(about, aside[at(i)]) - of_mean) / kDifference;
+  sum.information *= 1 - 1 / static_cast<double>(shapes());
   return sum;
 }
 
-CohortModel::LinearEvidence CohortModel::linear_evidence(const Matches& about, const VectorXd& x) const {
+SecondOrder CohortModel::linear_evidence(const Matches& about, const VectorXd& x) const {
   return linear_evidence_with(about, x, false);
 }
 
 VectorXd CohortModel::correlations_with_sigma(const Matches& about) const {
-  const MatrixXd information = linear_evidence_with(about, about.x, true).slope.information;
+  const MatrixXd information = linear_evidence_with(about, about.x, true).information;
   const Index n = count();
   return information.col(n).head(n).cwiseQuotient((information.diagonal().head(n) * information(n, n)).cwiseSqrt());
 }

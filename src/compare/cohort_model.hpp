@@ -4,13 +4,15 @@
 #include <string>
 #include <vector>
 
-#include "newton.hpp"
+#include "matching/maximum.hpp"
 #include "open_noise.hpp"
 #include "own_mean.hpp"
 #include "posterior/minimum.hpp"
 #include "pulson/compare/cohort_fit.hpp"
 
 namespace pulson::compare {
+
+using matching::Box, matching::SecondOrder;
 
 inline std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
@@ -91,11 +93,7 @@ class CohortModel {
 
   /// The evidence of the linear models at another place, its gradient, and Fisher's information of x: with C the
   /// covariance of the data and C_i its derivatives, Σ ½ tr C⁻¹C_i C⁻¹C_j over the shapes.
-  struct LinearEvidence {
-    double value = 0;
-    SecondOrder slope;
-  };
-  LinearEvidence linear_evidence(const Matches& about, const Eigen::VectorXd& x) const;
+  SecondOrder linear_evidence(const Matches& about, const Eigen::VectorXd& x) const;
   double linear_value(const Matches& about, const Eigen::VectorXd& x) const;
   /// What the shapes' own mean adds to the evidence at x; 0 where the source is given.
   double of_own_mean(const Eigen::VectorXd& x) const;
@@ -106,7 +104,7 @@ class CohortModel {
   void find_units();
   void check_observable(const posterior::Specimen::BranchSlopes& slopes) const;
   matching::MatchingProblem problem(const posterior::Numbers& numbers, int shape) const;
-  LinearEvidence linear_evidence_with(const Matches& about, const Eigen::VectorXd& x, bool with_sigma) const;
+  SecondOrder linear_evidence_with(const Matches& about, const Eigen::VectorXd& x, bool with_sigma) const;
   double laplace(const Matches& matches) const;
   double of_own_mean(const Matches& about, const posterior::Specimen::Model& model) const {
     return own_mean_ ? own_mean_->log_factor(*about.at_rest, model) : 0;

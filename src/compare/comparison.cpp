@@ -28,8 +28,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kSameEvidence = 0.1;  // nats that two evidences may differ by, beside their errors, without a note
-constexpr double kWorstRhat = 1.05;    // of the log likelihood of a shape
-constexpr std::size_t kFewestToCheck = 4;
+constexpr double kWorstRhat = 1.05;  // of the log likelihood of a shape: variance between chains a tenth of that within
 
 // Eigenvectors of K(q0) in the order of falling eigenvalues.
 struct KernelBasis {
@@ -317,7 +316,7 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
   if (!sampled && take_the_same_evidence(comparison.models)) same.settings.importance_samples = 0;
   rank(comparison);
   test_against_none(comparison, noises, same);
-  if (options.checks && shapes.targets.size() >= kFewestToCheck) {
+  if (options.checks && std::ssize(shapes.targets) >= kFewestToJudge) {
     check_models(comparison, shapes);
     if (noises.size() > 1) comparison.profile = profile_sigma(comparison, noises);
   }

@@ -16,14 +16,14 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kStencil = 0.7;  // standard deviations: a third derivative enters by its half, draws' errors by 1/0.7
-constexpr double kMostStencil = 0.7, kLeastStencil = 1e-3;  // of x, whatever the metric has
+constexpr double kLeastStencil = 1e-3;  // of x, whatever the metric has: it is of logarithms, at most kStencil
 // Of the metric's: the linear models' curvature is right to a factor of a few, or the number is not determined.
 constexpr double kLeastOfMetric = 0.1, kMostOfMetric = 100;
+// Eight steps cross a factor e⁸ of any number; where an eighth of one does not rise, the draws' errors are its slope.
 constexpr int kMostSteps = 8, kMostHalvings = 4;
 // Nats that the stencil's slope may promise where the evidence itself no longer rises: a third derivative, which it has
 // half of, promised 0.02 of six shapes of five landmarks about their mean, whose width is hardly determined.
 constexpr double kPromised = 0.1;
-constexpr double kLongest = 1;   // of a step of Newton's method, in each coordinate: a factor e
 constexpr int kMostOutward = 6;  // places at which an end is sought
 constexpr double kAtEnd = 0.1;   // nats: within 0.05 deviations of an end
 constexpr double kFarthest = 3;  // times the distance at which a parabola ends
@@ -53,17 +53,15 @@ VectorXd variances_by_draws(const LocalEvidence& local, const Box& box) {
 
 }  // namespace
 
-std::optional<LocalEvidence> evidence_about(const EvidenceAt& evidence, const VectorXd& x, const MatrixXd& metric,
-                                            const Box& box) {
-  const std::optional<Evidence> here = evidence(x);
-  if (!here) return std::nullopt;
-  const Index n = x.size(), groups = here->without_group.size();
+LocalEvidence evidence_about(const EvidenceAt& evidence, const VectorXd& x, const Evidence& here,
+                             const MatrixXd& metric, const Box& box) {
+  const Index n = x.size(), groups = here.without_group.size();
   LocalEvidence local{
-      x, *here, {VectorXd::Zero(n), MatrixXd::Zero(n, n)}, VectorXd::Zero(n), MatrixXd::Zero(n, groups)};
+      x, here, {here.value, VectorXd::Zero(n), MatrixXd::Zero(n, n)}, VectorXd::Zero(n), MatrixXd::Zero(n, groups)};
   VectorXd curvatures(n);
   for (Index i = 0; i < n; ++i) {
     const double by_metric = std::max(metric(i, i), 1e-6);
-    const double h = std::clamp(kStencil / std::sqrt(by_metric), kLeastStencil, kMostStencil);
+    const double h = std::clamp(kStencil / std::sqrt(by_metric), kLeastStencil, kStencil);
     const auto beside = [&](double step) -> std::optional<Evidence> {
       const VectorXd to = x + step * VectorXd::Unit(n, i);
       if (to[i] < box.least[i] || to[i] > box.most[i]) return std::nullopt;
@@ -74,15 +72,15 @@ std::optional<LocalEvidence> evidence_about(const EvidenceAt& evidence, const Ve
     if (above && below) {
       local.slope.gradient[i] = (above->value - below->value) / (2 * h);
       local.gradients_without_group.row(i) = (above->without_group - below->without_group) / (2 * h);
-      local.curvatures[i] = (2 * here->value - above->value - below->value) / (h * h);
-      curvatures[i] = std::clamp((2 * here->value - above->value - below->value) / (h * h), kLeastOfMetric * by_metric,
+      local.curvatures[i] = (2 * here.value - above->value - below->value) / (h * h);
+      curvatures[i] = std::clamp((2 * here.value - above->value - below->value) / (h * h), kLeastOfMetric * by_metric,
                                  kMostOfMetric * by_metric);
     } else if (above || below) {
       const Evidence& aside = above ? *above : *below;
       const double step = above ? h : -h;
-      local.slope.gradient[i] = (aside.value - here->value) / step + 0.5 * step * by_metric;
+      local.slope.gradient[i] = (aside.value - here.value) / step + 0.5 * step * by_metric;
       local.gradients_without_group.row(i) =
-          ((aside.without_group - here->without_group) / step).array() + 0.5 * step * by_metric;
+          ((aside.without_group - here.without_group) / step).array() + 0.5 * step * by_metric;
     }
   }
   // The correlations are the metric's.
@@ -94,29 +92,26 @@ std::optional<LocalEvidence> evidence_about(const EvidenceAt& evidence, const Ve
 
 std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, const VectorXd& start,
                                                  const MatrixXd& metric, const Box& box) {
-  std::optional<LocalEvidence> local = evidence_about(evidence, box.clipped(start), metric, box);
-  if (!local) return std::nullopt;
-  EvidenceMaximum best{std::move(*local), false};
-  for (int count = 0; count < kMostSteps; ++count) {
-    const LocalEvidence& here = best.local;
-    VectorXd step = newton_step(here.slope, here.x, box, kLongest);
-    const double promised = 0.5 * here.slope.gradient.dot(box.clipped(here.x + step) - here.x);
-    best.converged = promised < kAtMaximum;
-    if (best.converged) return best;
-    std::optional<VectorXd> next;
-    bool are_known = true;
-    for (int halving = 0; halving < kMostHalvings && !next; ++halving, step /= 2) {
-      const VectorXd to = box.clipped(here.x + step);
-      const std::optional<Evidence> there = evidence(to);
-      are_known = are_known && there.has_value();
-      if (there && there->value > here.here.value) next = to;
-    }
-    best.converged = !next && are_known && promised < kPromised;
-    if (!next) break;
-    std::optional<LocalEvidence> risen = evidence_about(evidence, *next, metric, box);
-    if (!risen) break;
-    best.local = std::move(*risen);
-  }
+  // The evidence where it was asked for last: there the model is wanted next.
+  std::optional<Evidence> last = evidence(box.clipped(start));
+  if (!last) return std::nullopt;
+  EvidenceMaximum best;
+  bool any = false, are_known = true;  // that were asked for since the last model
+  const auto value = [&](const VectorXd& x) {
+    last = evidence(x);
+    any = true;
+    are_known = are_known && last.has_value();
+    return last ? last->value : -std::numeric_limits<double>::infinity();
+  };
+  const auto model = [&](const VectorXd& x) {
+    best.local = evidence_about(evidence, x, *last, metric, box);
+    any = false;
+    are_known = true;
+    return best.local.slope;
+  };
+  const matching::NewtonMaximum found = maximise_by_newton(
+      value, model, box, start, {.tolerance = kAtMaximum, .most_steps = kMostSteps, .most_halvings = kMostHalvings});
+  best.converged = found.converged || (any && are_known && found.gain < kPromised);
   return best;
 }
 

@@ -4,9 +4,11 @@
 #include <optional>
 #include <vector>
 
-#include "newton.hpp"
+#include "matching/maximum.hpp"
 
 namespace pulson::compare {
+
+using matching::Box, matching::SecondOrder;
 
 /// The log evidence of a cohort at a place x: a number, and where it was sampled what each group of the draws would
 /// make of it if it were left out, from which the error of differences follows.
@@ -28,9 +30,9 @@ struct LocalEvidence {
   Eigen::MatrixXd gradients_without_group;  ///< a column each
 };
 
-/// @param metric about the information: that of the linear models
-std::optional<LocalEvidence> evidence_about(const EvidenceAt& evidence, const Eigen::VectorXd& x,
-                                            const Eigen::MatrixXd& metric, const Box& box);
+/// @param here the evidence at x @param metric about the information: that of the linear models
+LocalEvidence evidence_about(const EvidenceAt& evidence, const Eigen::VectorXd& x, const Evidence& here,
+                             const Eigen::MatrixXd& metric, const Box& box);
 
 /// By Newton's method. @param converged whether a further step would gain less than kAtMaximum, or none of its halves
 /// gains anything where the slope promises little
@@ -54,8 +56,9 @@ std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, con
 /// covers 90 %, 1.642 at the bound; Q is the normal distribution's upper tail (G. Feldman and R. Cousins 1998).
 double drop_of_ninety(double from_bound);
 
-/// Far from any bound.
-inline constexpr double kDropOfNinety = 2.70554 / 2;
+/// Standard deviations of a normal law on either side, within which 90 % is; and the drop far from any bound.
+inline constexpr double kNinety = 1.644854;
+inline constexpr double kDropOfNinety = kNinety * kNinety / 2;
 
 /// The interval of 90 % of each number by the profile of the evidence, ±∞ where it does not fall before a bound: where
 /// the number is that and the others are where the evidence to second order has them best, at which the evidence itself

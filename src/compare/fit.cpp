@@ -9,6 +9,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "core/text.hpp"
+#include "core/undefined.hpp"
 #include "noise_range.hpp"
 #include "number_search.hpp"
 #include "pulson/core/errors.hpp"
@@ -28,12 +29,11 @@ using posterior::Specimen;
 // Of logarithms of variances: a standard deviation above 3, a factor of 24, determines nothing.
 constexpr double kLeastInformation = 0.1;
 
-constexpr double kNinety = 1.645;  // deviations of a normal distribution on each side, 90 %
-
 // Standard deviations of numbers of this information; NaN for those that it does not identify.
 VectorXd deviations(const MatrixXd& information) {
   if (information.size() == 0) return {};
-  constexpr double kLeastPart = 1e-3;
+  constexpr double kLeastPart =
+      1e-3;  // a number that is 3 % of a direction which nothing determines: rounding has less
   const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(information);
   VectorXd variances = VectorXd::Zero(information.rows());
   for (Index k = 0; k < variances.size(); ++k) {
@@ -61,7 +61,6 @@ VectorXd with_intervals(VectorXd deviations, const VectorXd& x, const Intervals&
 
 // Intervals are NaN where the data do not determine the number.
 std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found& found, const Matches& matches) {
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const VectorXd x = found.x();
   const Index n = cohort.count();
   if (n == 0) return {};
@@ -70,7 +69,7 @@ std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found&
   for (Index i = 0; i < n; ++i)
     if (!(cohort.open()[at(i)].is_variance() && x[i] < 2 * kNegligible)) present.push_back(i);
   VectorXd errors = VectorXd::Zero(n);
-  MatrixXd information = cohort.linear_evidence(matches, x).slope.information;
+  MatrixXd information = cohort.linear_evidence(matches, x).information;
   if (found.maximum)  // linear models do not know that fields of noise have the width of the kernel, too
     information.diagonal() = information.diagonal().cwiseMax(found.maximum->local.curvatures);
   errors(present) = deviations(information(present, present));
@@ -81,15 +80,16 @@ std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found&
   std::vector<FittedNumber> numbers;
   for (Index i = 0; i < n; ++i) {
     const ModelNumber& number = cohort.open()[at(i)];
-    FittedNumber fitted{number.name, number.value(x[i]), kNan, false, kNan, kNan, kNan};
+    FittedNumber fitted{number.name, number.value(x[i]), kUndefined, false, kUndefined, kUndefined, kUndefined};
     const bool determined = std::isfinite(errors[i]) && found.intervals.low.size() > 0;
-    const double low = determined ? found.intervals.low[i] : kNan, high = determined ? found.intervals.high[i] : kNan;
+    const double low = determined ? found.intervals.low[i] : kUndefined,
+                 high = determined ? found.intervals.high[i] : kUndefined;
     if (number.is_variance()) {
       const bool is_lambda = number.kind == ModelNumber::Kind::kLambda;
       fitted.vanishes = x[i] < 2 * kNegligible;
       const double v = number.unit * std::expm1(x[i]);
       const auto end = [&](double place) {
-        if (std::isnan(place)) return kNan;
+        if (std::isnan(place)) return kUndefined;
         const double variance = number.unit * std::max(std::expm1(place), 0.0);
         return is_lambda ? 1 / variance : std::sqrt(variance);
       };
@@ -180,10 +180,10 @@ CohortFit record(const CohortModel& cohort, Found found) {
   const int shapes = cohort.shapes();
   fit.shapes.resize(at(shapes));
   parallel_for(shapes, [&](int s) { fit.shapes[at(s)] = shape_fit(cohort, matches, s); });
-  constexpr int kAtOnce = 8;  // the rest is not drawn where none of these has enough
   bool enough = cohort.settings().importance_samples > 0;
-  for (int first = 0; first < shapes && enough; first += kAtOnce) {
-    const int some = std::min(kAtOnce, shapes - first);
+  for (int first = 0; first < shapes && enough;
+       first += kShapesAtOnce) {  // the rest is not drawn where none of these has enough
+    const int some = std::min(kShapesAtOnce, shapes - first);
     std::vector<char> are_enough(at(some));
     parallel_for(some, [&](int i) {
       are_enough[at(i)] = sample(cohort, matches, first + i, fit.shapes[at(first + i)]) ? 1 : 0;
@@ -224,14 +224,13 @@ CohortFit without_noise(const CohortModel& cohort, CohortFit fit, const CohortFi
       number = *same;
       continue;
     }
-    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
     const bool is_amplitude = cohort.open()[at(i)].is_variance();
     number.value = cohort.open()[at(i)].value(x[i]);
-    number.log_deviation = kNan;
-    number.correlation_with_sigma = is_amplitude ? correlations[i] : kNan;
+    number.log_deviation = kUndefined;
+    number.correlation_with_sigma = is_amplitude ? correlations[i] : kUndefined;
     number.vanishes = is_amplitude;
-    number.low = is_amplitude ? 0 : kNan;
-    if (!is_amplitude) number.high = kNan;
+    number.low = is_amplitude ? 0 : kUndefined;
+    if (!is_amplitude) number.high = kUndefined;
   }
   fit.fitted = std::move(fitted);
   return fit;

@@ -79,10 +79,12 @@ Matches HeldNumber::settled(double place, Matches best) const {
   Box box = cohort_.box();
   box.least[held_] = box.most[held_] = place;
   for (int turn = 0; turn < kTurnsAtPlace; ++turn) try {
-      const BoxMaximum there = maximise_in_box(
-          [&](const VectorXd& x) { return cohort_.linear_value(best, x); },
-          [&](const VectorXd& x) { return cohort_.linear_evidence(best, x).slope; }, box, box.clipped(best.x));
-      Matches next = cohort_.match(there.x, &best, CohortModel::Effort::kRough);
+      const VectorXd there =
+          matching::maximise_by_newton([&](const VectorXd& x) { return cohort_.linear_value(best, x); },
+                                       [&](const VectorXd& x) { return cohort_.linear_evidence(best, x); }, box,
+                                       box.clipped(best.x))
+              .x;
+      Matches next = cohort_.match(there, &best, CohortModel::Effort::kRough);
       const double gain = next.log_evidence - best.log_evidence;
       if (gain > 0) best = std::move(next);
       if (gain < kGain) break;

@@ -6,18 +6,19 @@
 #include <fmt/core.h>
 
 #include "compare/sampled.hpp"
+#include "compare/statistics.hpp"
 
 namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
 
-constexpr double kMuchDistant = 0.1;
+constexpr double kMuchDistant = 0.1;  // of a shape's evidence: 0.1 nat, as much as two evidences may differ by
 
 // What so few shapes, or such, cannot say.
 void add_notes_of_data(Comparison& comparison) {
   const std::size_t shapes = comparison.cohort.targets.size();
-  if (shapes < 4)
+  if (std::ssize(comparison.cohort.targets) < kFewestToJudge)
     comparison.notes.push_back(
         fmt::format("{} {}: too few to tell models apart; the numbers describe {}, and say nothing of others", shapes,
                     shapes == 1 ? "shape" : "shapes", shapes == 1 ? "it" : "them"));

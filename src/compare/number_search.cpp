@@ -83,10 +83,10 @@ class Search {
         near.least[i] = std::max(near.least[i], now.x[i] - reach);
         near.most[i] = std::max(near.least[i], std::min(near.most[i], now.x[i] + reach));
       }
-      const BoxMaximum to = maximise_in_box([&](const VectorXd& x) { return cohort_.linear_value(now, x); },
-                                            [&](const VectorXd& x) { return cohort_.linear_evidence(now, x).slope; },
-                                            near, now.x, {.tolerance = kLeastGain / 4, .longest_step = kVarianceStep});
-      if (to.value - now.log_evidence < kLeastGain) break;
+      const auto to = maximise_by_newton([&](const VectorXd& x) { return cohort_.linear_value(now, x); },
+                                         [&](const VectorXd& x) { return cohort_.linear_evidence(now, x); }, near,
+                                         now.x, {.tolerance = kLeastGain / 4, .longest_step = kVarianceStep});
+      if (to.about.value - now.log_evidence < kLeastGain) break;
       std::optional<Matches> next;
       double part = 1;
       for (int count = 0; count < kMostBackoffs && !next; ++count, part /= 2) try {
@@ -239,7 +239,7 @@ class Search {
 
   Found climbed(Found found) {
     for (int base = 0; base < kMostBases; ++base) {
-      const MatrixXd metric = metric_of(cohort_.linear_evidence(found.about, found.about.x).slope.information);
+      const MatrixXd metric = metric_of(cohort_.linear_evidence(found.about, found.about.x).information);
       const EvidenceAt evidence = this->evidence(found);
       std::optional<EvidenceMaximum> best = maximise_evidence(evidence, found.about.x, metric, cohort_.box());
       if (!best) break;

@@ -11,6 +11,8 @@
 #include <fmt/format.h>
 
 #include "compare/forward_samples.hpp"
+#include "compare/statistics.hpp"
+#include "core/undefined.hpp"
 #include "pulson/compare/comparison.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
@@ -23,7 +25,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLevel = 0.05 / 4;   // of each of four statistics
 constexpr double kTail = 0.05;        // on either side of the central 90 %
 constexpr double kLeastWeight = 0.1;  // of a landmark that counts, as for suspects
@@ -34,7 +35,7 @@ constexpr int kReference = 200;       // shapes that the energy score compares w
 // Of one cohort.
 struct Statistics {
   VectorXd variances;  // N
-  double share = kNan, energy = kNan, distance = kNan;
+  double share = kUndefined, energy = kUndefined, distance = kUndefined;
 };
 
 VectorXd landmark_variances(const Cohort& cohort) {
@@ -54,8 +55,7 @@ double first_share(const Cohort& cohort) {
   std::vector<const Points*> complete;
   for (const Landmarks& target : cohort.targets)
     if (target.points.allFinite()) complete.push_back(&target.points);
-  constexpr std::size_t kFewest = 4;
-  if (complete.size() < kFewest) return kNan;
+  if (std::ssize(complete) < kFewestToJudge) return kUndefined;
   MatrixXd rows(std::ssize(complete), complete.front()->size());
   for (std::size_t i = 0; i < complete.size(); ++i)
     rows.row(static_cast<Index>(i)) = complete[i]->reshaped().transpose();
@@ -85,7 +85,7 @@ double largest_distance(const Cohort& cohort) {
 
 // @param drawn shapes of the model, dN×M, as they were drawn
 Statistics statistics_of(const Cohort& cohort, const MatrixXd& drawn) {
-  Statistics found{landmark_variances(cohort), first_share(cohort), kNan, largest_distance(cohort)};
+  Statistics found{landmark_variances(cohort), first_share(cohort), kUndefined, largest_distance(cohort)};
   MatrixXd samples = drawn;
   const Points& source = cohort.source.points;
   if (cohort.alignment != AlignmentKind::kNone)
@@ -109,7 +109,7 @@ Cohort like_the_data(const CohortShapes& shapes, const std::vector<Points>& poin
       if (counts)
         target.col(a) = points[s].col(a);
       else
-        target.col(a).setConstant(kNan);
+        target.col(a).setConstant(kUndefined);
     }
   }
   return like.cohort();
@@ -137,7 +137,7 @@ double quantile(const VectorXd& sorted, double part) {
 }
 
 PredictiveCheck check(double observed, VectorXd drawn) {
-  if (!std::isfinite(observed) || !drawn.allFinite()) return {observed, kNan, kNan, kNan};
+  if (!std::isfinite(observed) || !drawn.allFinite()) return {observed, kUndefined, kUndefined, kUndefined};
   const double above = 1.0 + static_cast<double>((drawn.array() >= observed).count());
   const double below = 1.0 + static_cast<double>((drawn.array() <= observed).count());
   std::sort(drawn.begin(), drawn.end());

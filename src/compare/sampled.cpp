@@ -144,10 +144,9 @@ SampledCohort sample_cohort(const CohortModel& cohort, const VectorXd& x, const 
   SampledCohort all{0, 0, std::vector<VectorXd>(static_cast<std::size_t>(cohort.shapes())), true};
   std::vector<ImportanceEstimate> of_shapes(all.log_sets.size());
   starts.resize(all.log_sets.size());
-  constexpr int kAtOnce = 8;  // the rest is not drawn where these vary too much for all
   const double most = kMostShapeVariance * cohort.shapes();
-  for (int first = 0; first < cohort.shapes() && all.variance <= most; first += kAtOnce) {
-    const int some = std::min(kAtOnce, cohort.shapes() - first);
+  for (int first = 0; first < cohort.shapes() && all.variance <= most; first += kShapesAtOnce) {
+    const int some = std::min(kShapesAtOnce, cohort.shapes() - first);
     parallel_for(some, [&](int i) {
       const auto s = static_cast<std::size_t>(first + i);
       of_shapes[s] = sample_shape(cohort, first + i, model, *chords.minima[s].linear, samples, 0, starts[s]);

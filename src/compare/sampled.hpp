@@ -55,6 +55,9 @@ struct SampledCohort {
 SampledCohort sample_cohort(const CohortModel& cohort, const Eigen::VectorXd& x, const Matches& chords, int samples,
                             std::vector<DrawStarts>& starts);
 
+/// Shapes that are drawn before it is asked whether the rest is worth it: so many are drawn in vain at most.
+inline constexpr int kShapesAtOnce = 8;
+
 inline constexpr int kDrawGroups = 8;  ///< of draws, of which one may be left out
 
 /// Σ_s log of the mean over sets of draws of e^log, and half of the variance that the logarithm takes off.

@@ -4,10 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Cholesky>
 #include <fmt/core.h>
 
 #include "core/determined.hpp"
-#include "inference/log_maximum.hpp"
+#include "matching/maximum.hpp"
 #include "matching/model_parameters.hpp"
 #include "matching/registration_problem.hpp"
 #include "pulson/core/errors.hpp"
@@ -24,7 +25,7 @@ constexpr double kRange = 100;  // of the search, a factor up and down
 
 // The evidence is wanted smooth, for quadratic interpolation and differences of step 0.05: the part of J that is still
 // to be gained at a minimum is the square of this.
-constexpr double kGradientTolerance = 1e-5;
+constexpr double kGradientTolerance = 1e-5, kDifference = 0.05;
 
 void check(const std::vector<Landmarks>& targets, const matching::RegistrationOptions& options, const FitOptions& fit) {
   if (options.loss) throw InputError("a robust loss and a number that is 'fit' do not go together");
@@ -65,10 +66,12 @@ class Fit {
   }
 
   FittedParameters run() {
-    const LogMaximum maximum =
-        maximise_over_logs([&](const VectorXd& x) { return evidence(x); },
-                           log_search(std::ssize(places_), std::log(kRange), fit_.tolerance, fit_.max_evaluations));
-    return result(maximum);
+    const Index count = std::ssize(places_);
+    const matching::ValueAt at = [&](const VectorXd& x) { return evidence(x); };
+    const matching::Maximum maximum = matching::maximise(
+        at, {VectorXd::Constant(count, -std::log(kRange)), VectorXd::Constant(count, std::log(kRange))},
+        VectorXd::Zero(count), {fit_.tolerance, fit_.max_evaluations});
+    return result(maximum, deviations(at, maximum));
   }
 
  private:
@@ -128,12 +131,33 @@ class Fit {
     return value;
   }
 
-  FittedParameters result(const LogMaximum& maximum) const {
+  // The roots of the diagonal of (−∇²J)⁻¹ over the numbers that are not at a bound; NaN of the others, and where the
+  // matrix is not positive definite.
+  static VectorXd deviations(const matching::ValueAt& at, const matching::Maximum& maximum) {
+    std::vector<Index> free;
+    for (Index i = 0; i < maximum.x.size(); ++i)
+      if (!maximum.at_bound[i]) free.push_back(i);
+    const auto of_free = [&](const VectorXd& some) {
+      VectorXd x = maximum.x;
+      x(free) = some;
+      return at(x);
+    };
+    VectorXd deviations = VectorXd::Constant(maximum.x.size(), std::numeric_limits<double>::quiet_NaN());
+    if (free.empty()) return deviations;
+    const Eigen::MatrixXd information = matching::second_order(of_free, maximum.x(free), kDifference).information;
+    const Eigen::LLT<Eigen::MatrixXd> factors(information);
+    if (!information.allFinite() || factors.info() != Eigen::Success) return deviations;
+    const auto count = std::ssize(free);
+    deviations(free) = factors.solve(Eigen::MatrixXd::Identity(count, count)).diagonal().cwiseSqrt();
+    return deviations;
+  }
+
+  FittedParameters result(const matching::Maximum& maximum, const VectorXd& deviations) const {
     const matching::RegistrationOptions best = options(maximum.x);
     const int unfinished = matches(best).unfinished;
-    FittedParameters fitted{fit_.names,         values(maximum.x),   maximum.deviations,
-                            maximum.value,      maximum.evaluations, maximum.converged && unfinished == 0,
-                            best.kernel.spec(), best.noise.spec(),   best.sigma.in(0),
+    FittedParameters fitted{fit_.names,         values(maximum.x), deviations,
+                            maximum.value,      evaluations_,      maximum.converged && unfinished == 0,
+                            best.kernel.spec(), best.noise.spec(), best.sigma.in(0),
                             best.lambda.value()};
     const auto add = [&](const std::string& text) { fitted.note += (fitted.note.empty() ? "" : "; ") + text; };
     for (Index i = 0; i < maximum.x.size(); ++i)
@@ -143,7 +167,7 @@ class Fit {
     if (!maximum.converged)
       add(fmt::format("the search ended after {} evaluations, before its tolerance was reached", maximum.evaluations));
     if (unfinished > 0) add(fmt::format("{} of {} matches did not converge", unfinished, targets_.size()));
-    const bool lost = (maximum.deviations.array().isNaN() && !maximum.at_bound).any();
+    const bool lost = (deviations.array().isNaN() && !maximum.at_bound).any();
     if (lost) add("the evidence has no strict maximum there: the data do not determine all of these parameters");
     return fitted;
   }

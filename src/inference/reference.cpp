@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/factorisations.hpp"
+#include "matching/maximum.hpp"
 #include "matching/solvers.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
@@ -191,62 +192,21 @@ class LinearPosterior {
   bool anew_;
 };
 
-struct Quadratic {
-  double value = 0;
-  VectorXd gradient;
-  MatrixXd information;
-};
-
-// By central differences; eigenvalues of the information are raised to 1/4, half the precision that the prior adds.
-Quadratic quadratic(const LinearPosterior& f, const VectorXd& phi) {
-  constexpr double kStep = 0.1;
+// By Newton's method. Eigenvalues of the information are raised to 1/4, half the deviation that the prior leaves.
+matching::NewtonMaximum maximise(const LinearPosterior& f, const VectorXd& phi) {
+  constexpr double kStep = 0.1;  // of φ, whose deviations a priori are 1
   constexpr double kLeastInformation = 0.25;
-  const Index k = phi.size();
-  Quadratic model{f(phi), VectorXd(k), MatrixXd(k, k)};
-  std::vector<std::function<double()>> tasks;
-  MatrixXd plus(k, k), minus(k, k);
-  parallel_for(static_cast<int>(2 * k * k), [&](int task) {
-    const Index i = task / 2 % k, j = task / 2 / k;
-    if (i < j) return;
-    const double sign = task % 2 == 0 ? 1 : -1;
-    VectorXd there = phi;
-    there[i] += sign * kStep;
-    if (i != j) there[j] += sign * kStep;
-    (sign > 0 ? plus : minus)(i, j) = f(there);
-  });
-  for (Index i = 0; i < k; ++i) {
-    model.gradient[i] = (plus(i, i) - minus(i, i)) / (2 * kStep);
-    model.information(i, i) = -(plus(i, i) - 2 * model.value + minus(i, i)) / (kStep * kStep);
-  }
-  for (Index i = 0; i < k; ++i)
-    for (Index j = 0; j < i; ++j) {
-      const double both = -(plus(i, j) - 2 * model.value + minus(i, j)) / (kStep * kStep);
-      model.information(i, j) = model.information(j, i) =
-          0.5 * (both - model.information(i, i) - model.information(j, j));
-    }
-  if (!model.information.allFinite()) model.information = MatrixXd::Identity(k, k);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(model.information);
-  model.information = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(kLeastInformation).asDiagonal() *
-                      eigen.eigenvectors().transpose();
-  return model;
-}
-
-// Newton's method, to a tenth of a deviation.
-Quadratic maximise(const LinearPosterior& f, VectorXd& phi) {
-  constexpr int kMost = 20;
-  constexpr double kNear = 0.1;
-  constexpr double kLongest = 1;
-  for (int step = 0;; ++step) {
-    Quadratic model = quadratic(f, phi);
-    VectorXd direction = MatrixXd(model.information).llt().solve(model.gradient);
-    if (step == kMost || !direction.allFinite() || direction.dot(model.information * direction) < kNear * kNear)
-      return model;
-    if (const double longest = direction.cwiseAbs().maxCoeff(); longest > kLongest) direction *= kLongest / longest;
-    double part = 1;
-    while (part > 1e-3 && !(f(phi + part * direction) > model.value)) part /= 2;
-    if (part <= 1e-3) return model;
-    phi += part * direction;
-  }
+  constexpr double kNear = 0.1;  // deviations from the maximum: the law about it is a proposal
+  const auto model = [&](const VectorXd& x) {
+    matching::SecondOrder here = matching::second_order(f, x, kStep, true);
+    if (!here.information.allFinite()) here.information = MatrixXd::Identity(x.size(), x.size());
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(here.information);
+    here.information = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(kLeastInformation).asDiagonal() *
+                       eigen.eigenvectors().transpose();
+    return here;
+  };
+  const VectorXd everywhere = VectorXd::Constant(phi.size(), std::numeric_limits<double>::infinity());
+  return matching::maximise_by_newton(f, model, {-everywhere, everywhere}, phi, {.tolerance = 0.5 * kNear * kNear});
 }
 
 }  // namespace
@@ -264,9 +224,10 @@ Reference make_reference(const std::vector<Specimen>& specimens, const Parameter
     const auto s = static_cast<std::size_t>(i);
     reference.minima[s] = find_minima(specimens[s], specimens[s].model(numbers), searches, seed);
   });
-  Quadratic best;
+  matching::NewtonMaximum best;
   for (int turn = 0; k > 0 && turn < kTurns; ++turn) {
     best = maximise(LinearPosterior(specimens, space, reference, turn + 1 == kTurns), reference.centre);
+    reference.centre = best.x;
     numbers = space.at(reference.centre);
     parallel_for(count, [&](int i) {
       const auto s = static_cast<std::size_t>(i);
@@ -287,7 +248,7 @@ Reference make_reference(const std::vector<Specimen>& specimens, const Parameter
     reference.log_weights.emplace_back(logs.array() - sum);
   }
   if (k > 0) {
-    const MatrixXd covariance = best.information.inverse();
+    const MatrixXd covariance = best.about.information.inverse();
     reference.root = Eigen::LLT<MatrixXd>(covariance).matrixL();
     laplace += log_standard_normal(reference.centre) - log_normal_at(reference, reference.centre);
   }

@@ -7,7 +7,7 @@
 #include "core/landmark_pairs.hpp"
 #include "core/text.hpp"
 #include "displacement_likelihood.hpp"
-#include "golden_maximum.hpp"
+#include "maximum.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_predictions.hpp"
 #include "pulson/matching/registration.hpp"
@@ -98,21 +98,21 @@ std::optional<DisplacementModel> fit_displacements(const Points& source, const P
   const Whitened whitened(noise, variance, d);
   const DisplacementDraws draws{q0, whitened.columns(displacements.reshaped()), whitened.columns(directions)};
   const auto kernel_of = [&](double alpha) { return KernelOperator({{options.profile, alpha, 1}}); };
+  Box deviations{VectorXd{{std::log(kLeastDeviation)}}, VectorXd{{std::log(kMostDeviation)}}};
+  if (options.lambda) deviations.least[0] = deviations.most[0] = -0.5 * std::log(*options.lambda * size * size);
   DisplacementModel best;
   best.log_likelihood = -std::numeric_limits<double>::infinity();
   const int widths = static_cast<int>(std::lround(kWidthsPerOctave * std::log2(kWidestFit / kNarrowestFit)));
   for (int i = 0; i <= widths; ++i) {
     const double alpha = kNarrowestFit * std::exp2(static_cast<double>(i) / kWidthsPerOctave);
     const DisplacementLikelihood likelihood(whitened.gram(kernel_of(alpha).gram(q0, q0)), draws);
-    const auto at = [&](double log_deviation) {
-      const double moved = std::exp(2 * log_deviation);
+    const auto at = [&](const VectorXd& log_deviation) {
+      const double moved = std::exp(2 * log_deviation[0]);
       return likelihood(variance / moved, moved);
     };
-    const double log_deviation = options.lambda
-                                     ? -0.5 * std::log(*options.lambda * size * size)
-                                     : maximum_on(std::log(kLeastDeviation), std::log(kMostDeviation), kDeviations, at);
-    if (const double value = at(log_deviation); value > best.log_likelihood)
-      best = {{options.profile, alpha, 1}, std::exp(-2 * log_deviation), value, 0, 0, n};
+    const Maximum found = maximise_from_grid(at, deviations, {options.lambda ? 1 : kDeviations});
+    if (found.value > best.log_likelihood)
+      best = {{options.profile, alpha, 1}, std::exp(-2 * found.x[0]), found.value, 0, 0, n};
   }
   if (!std::isfinite(best.log_likelihood)) return std::nullopt;  // sigma leaves the range of numbers
   const std::vector<Index> all = whole_range(n);

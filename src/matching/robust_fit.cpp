@@ -11,7 +11,7 @@
 #include "core/landmark_pairs.hpp"
 #include "core/text.hpp"
 #include "displacement_likelihood.hpp"
-#include "golden_maximum.hpp"
+#include "maximum.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
@@ -136,17 +136,17 @@ DisplacementScales RobustFit::scales_at(const VectorXd& precision) const {
   for (int i = 0; i < widths(); ++i) {
     const KernelOperator kernel = kernel_at(width(i));
     const DisplacementLikelihood likelihood(roots.asDiagonal() * kernel.gram(shape, shape) * roots.asDiagonal(), draws);
-    const auto at = [&](double log_tau) {
-      const double tau = std::exp(log_tau);
+    const auto at = [&](const VectorXd& log_tau) {
+      const double tau = std::exp(log_tau[0]);
       return likelihood(tau, variance_at(likelihood.best_variance(tau), tau));
     };
     double least = std::log(kLeastRatio * kernel.at_zero());
     const double most = std::log(kMostRatio * kernel.at_zero());
     if (options_.lambda)  // σ² = τ/λ
       least = std::min(most, std::max(least, std::log(*options_.lambda * options_.least_sigma * options_.least_sigma)));
-    const double log_tau = maximum_on(least, most, kRatios, at), tau = std::exp(log_tau);
-    const double variance = variance_at(likelihood.best_variance(tau), tau);
-    if (const double value = at(log_tau); value > best.log_likelihood) best = {kernel, variance, tau * variance, value};
+    const Maximum found = maximise_from_grid(at, {VectorXd{{least}}, VectorXd{{most}}}, {kRatios});
+    const double tau = std::exp(found.x[0]), variance = variance_at(likelihood.best_variance(tau), tau);
+    if (found.value > best.log_likelihood) best = {kernel, variance, tau * variance, found.value};
   }
   return best;
 }

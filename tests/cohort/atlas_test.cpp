@@ -72,11 +72,12 @@ TEST(Atlas, ThatIsRobustIsThatWithoutWrongLandmarks) {
   std::size_t suspects = 0;
   for (const AtlasSpecimen& specimen : robust.specimens) suspects += specimen.suspects().size();
   EXPECT_LE(suspects, wrong.size() + 2);
-  // Standard errors of log λ and log σ exceed √(2/m) and √(1/2m) of m coordinates, here 12·20.
-  // The sizes of the templates differ, as a centroid size counts the landmarks that there are.
+  // Standard errors of log λ and log σ exceed √(2/m) and √(1/2m) of m degrees of freedom: here 11·18, of 12 shapes
+  // about their mean, each of which lacks a landmark of 12. The sizes of the templates differ, as a centroid size
+  // counts the landmarks that there are.
   const double size = centroid_size(robust.template_shape.points) / centroid_size(expected.template_shape.points);
-  EXPECT_NEAR(std::log(robust.lambda * size * size / expected.lambda), 0, 0.5 * std::sqrt(2.0 / 240));
-  EXPECT_NEAR(std::log(robust.sigma / size / expected.sigma), 0, 0.5 * std::sqrt(0.5 / 240));
+  EXPECT_NEAR(std::log(robust.lambda * size * size / expected.lambda), 0, 0.5 * std::sqrt(2.0 / 198));
+  EXPECT_NEAR(std::log(robust.sigma / size / expected.sigma), 0, 0.5 * std::sqrt(0.5 / 198));
   EXPECT_THAT(robust.notes, testing::Contains(HasSubstr("of a weight below 0.1")));
   EXPECT_EQ(robust.loss, "tukey:5.12299");
   // Each match is the minimum of its weighted J: q(1) + λσ²p(1)/v = y.

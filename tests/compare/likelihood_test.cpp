@@ -23,43 +23,30 @@ using Eigen::VectorXd;
 const MatrixXd kInformation{{4, 1.5}, {1.5, 1}};
 const VectorXd kMiddle{{1, -2}};
 double quadratic(const VectorXd& x) { return -0.5 * (x - kMiddle).dot(kInformation * (x - kMiddle)); }
-SecondOrder second_order(const VectorXd& x) { return {-kInformation * (x - kMiddle), kInformation}; }
-
-TEST(MaximiseInBox, FindsTheMaximumInsideAndAtABound) {
-  const Box wide{VectorXd{{-9, -9}}, VectorXd{{9, 9}}};
-  const BoxMaximum inside = maximise_in_box(quadratic, second_order, wide, VectorXd{{0, 0}});
-  EXPECT_TRUE(inside.converged);
-  EXPECT_LE((inside.x - kMiddle).norm(), 1e-6);
-  const Box narrow{VectorXd{{-9, -1}}, VectorXd{{9, 9}}};
-  const BoxMaximum bound = maximise_in_box(quadratic, second_order, narrow, VectorXd{{0, 0}});
-  EXPECT_NEAR(bound.x[1], -1, 1e-12);
-  EXPECT_NEAR(bound.x[0], 1 - 1.5 / 4, 1e-6);  // the best with the other held
-  NewtonOptions one_step;
-  one_step.most_steps = 1;
-  one_step.longest_step = 9;
-  const BoxMaximum after_one = maximise_in_box(quadratic, second_order, narrow, VectorXd{{0, 0}}, one_step);
-  EXPECT_LE((after_one.x - bound.x).norm(), 1e-6) << "in one step, as of any quadratic";
-}
+VectorXd gradient(const VectorXd& x) { return -kInformation * (x - kMiddle); }
 
 // The evidence of that, without errors.
 std::optional<Evidence> as_evidence(const VectorXd& x) { return Evidence{quadratic(x), {}}; }
 const Box kWide{VectorXd{{-99, -99}}, VectorXd{{99, 99}}};
 
+LocalEvidence about(const EvidenceAt& evidence, const VectorXd& x, const MatrixXd& metric, const Box& box) {
+  return evidence_about(evidence, x, *evidence(x), metric, box);
+}
+
 TEST(EvidenceAbout, OfAQuadraticIsThatWhateverTheMetricsScale) {
   const VectorXd x{{0.3, -1.4}};
   for (const double scale : {0.5, 1.0, 3.0}) {
-    const auto local = evidence_about(as_evidence, x, scale * kInformation, kWide);
-    ASSERT_TRUE(local);
-    EXPECT_LE((local->slope.gradient - second_order(x).gradient).norm(), 1e-9);
-    EXPECT_LE((local->slope.information - kInformation).norm(), 1e-9);
+    const LocalEvidence local = about(as_evidence, x, scale * kInformation, kWide);
+    EXPECT_LE((local.slope.gradient - gradient(x)).norm(), 1e-9);
+    EXPECT_LE((local.slope.information - kInformation).norm(), 1e-9);
   }
 }
 
 TEST(EvidenceAbout, TakesTheMetricWhereOneSideHasNoEvidence) {
   const Box box{VectorXd{{0.3, -99}}, kWide.most};
   const VectorXd x{{0.3, -1.4}};
-  const auto local = evidence_about(as_evidence, x, kInformation, box);
-  EXPECT_LE((local->slope.gradient - second_order(x).gradient).norm(), 1e-9);
+  const LocalEvidence local = about(as_evidence, x, kInformation, box);
+  EXPECT_LE((local.slope.gradient - gradient(x)).norm(), 1e-9);
 }
 
 TEST(MaximiseEvidence, FindsTheMaximumInsideAndAtABound) {
@@ -80,8 +67,8 @@ TEST(MaximiseEvidence, HasNoneWhereThereIsNoEvidenceAtTheStart) {
 }
 
 TEST(FindIntervals, OfAQuadraticAreTheMarginalDeviations) {
-  const auto local = evidence_about(as_evidence, kMiddle, kInformation, kWide);
-  const Intervals intervals = find_intervals(as_evidence, *local, kWide, {0, 0});
+  const LocalEvidence local = about(as_evidence, kMiddle, kInformation, kWide);
+  const Intervals intervals = find_intervals(as_evidence, local, kWide, {0, 0});
   const MatrixXd covariance = kInformation.inverse();
   for (const Index i : {0, 1}) {
     const double half = 1.64485 * std::sqrt(covariance(i, i));
@@ -92,8 +79,8 @@ TEST(FindIntervals, OfAQuadraticAreTheMarginalDeviations) {
 
 TEST(FindIntervals, EndAtTheBoxWhereTheEvidenceHasNotFallen) {
   const Box box{VectorXd{{0.9, -99}}, kWide.most};
-  const auto local = evidence_about(as_evidence, kMiddle, kInformation, box);
-  const Intervals intervals = find_intervals(as_evidence, *local, box, {0, 0});
+  const LocalEvidence local = about(as_evidence, kMiddle, kInformation, box);
+  const Intervals intervals = find_intervals(as_evidence, local, box, {0, 0});
   EXPECT_EQ(intervals.low[0], -std::numeric_limits<double>::infinity());
   EXPECT_TRUE(std::isfinite(intervals.high[0]));
 }
@@ -105,9 +92,9 @@ TEST(FindIntervals, FollowEvidenceThatIsNoParabola) {
   };
   const VectorXd zero = VectorXd::Zero(1);
   const Box box{VectorXd{{-99}}, VectorXd{{99}}};
-  const auto local = evidence_about(evidence, zero, MatrixXd::Constant(1, 1, 4), box);
+  const LocalEvidence local = about(evidence, zero, MatrixXd::Constant(1, 1, 4), box);
   const double end = 0.5 * std::acosh(std::exp(kDropOfNinety));
-  EXPECT_NEAR(find_intervals(evidence, *local, box, {0}).high[0], end, 0.06);
+  EXPECT_NEAR(find_intervals(evidence, local, box, {0}).high[0], end, 0.06);
 }
 
 // Two groups of draws that put the maximum s apart: the drop is as much wider as the draws leave uncertain.
@@ -119,9 +106,9 @@ TEST(FindIntervals, AreWiderByTheErrorsOfTheDraws) {
     return Evidence{-0.5 * x[0] * x[0], without};
   };
   const Box box{VectorXd{{-99}}, VectorXd{{99}}};
-  const auto local = evidence_about(evidence, VectorXd::Zero(1), MatrixXd::Identity(1, 1), box);
+  const LocalEvidence local = about(evidence, VectorXd::Zero(1), MatrixXd::Identity(1, 1), box);
   const double variance = 2 * std::pow(apart / 2, 2) / 2;  // of the jackknife
-  EXPECT_NEAR(find_intervals(evidence, *local, box, {0}).high[0], std::sqrt(2 * kDropOfNinety * (1 + variance)), 0.06);
+  EXPECT_NEAR(find_intervals(evidence, local, box, {0}).high[0], std::sqrt(2 * kDropOfNinety * (1 + variance)), 0.06);
 }
 
 // An estimate that would be N(d, 1) were there no bound at 0: the likelihood ratio of the truth d over a grid of 2e5

@@ -15,7 +15,6 @@
 
 #include "combinations.hpp"
 #include "error_of.hpp"
-#include "inference/log_maximum.hpp"
 #include "matching/registration_problem.hpp"
 #include "plain_options.hpp"
 #include "pulson/core/parallel.hpp"
@@ -336,40 +335,6 @@ TEST(RegistrationProblem, IsWhatRegistrationMinimises) {
     EXPECT_EQ(problem.source.points, fit.source.points);
     EXPECT_EQ(problem.alignment.scale, fit.alignment.scale);
   }
-}
-
-// −½ (x − c)ᵀH(x − c), with a wall beyond which there is no value.
-TEST(LogMaximum, FindsTheMaximumAndItsDeviationsPastAWall) {
-  const Eigen::Vector2d centre(0.7, -1.1);
-  const Eigen::Matrix2d bend = (Eigen::Matrix2d() << 30, 12, 12, 10).finished();
-  int beyond = 0;
-  const auto f = [&](const VectorXd& x) {
-    if (x[0] < -0.2 || x[1] < -1.4) {
-      ++beyond;
-      return -std::numeric_limits<double>::infinity();
-    }
-    return 5 - 0.5 * (x - centre).dot(bend * (x - centre));
-  };
-  const LogMaximum maximum = maximise_over_logs(f, log_search(2, 3, 1e-4, 200));
-  EXPECT_TRUE(maximum.converged);
-  EXPECT_GT(beyond, 0);
-  EXPECT_LE((maximum.x - centre).norm(), 1e-3);
-  EXPECT_NEAR(maximum.value, 5, 1e-5);
-  const VectorXd deviations = bend.inverse().diagonal().cwiseSqrt();
-  EXPECT_LE((maximum.deviations - deviations).norm(), 1e-6);
-  EXPECT_FALSE(maximum.at_bound.any());
-}
-
-// x_0 at its bound, and the deviation of x_1 with it held there.
-TEST(LogMaximum, HoldsWhatIsAtTheBound) {
-  const auto f = [](const VectorXd& x) { return 10 * x[0] - 2 * std::pow(x[1] - 0.5 * x[0], 2); };
-  const LogMaximum maximum = maximise_over_logs(f, log_search(2, 1, 1e-4, 200));
-  EXPECT_TRUE(maximum.at_bound[0]);
-  EXPECT_FALSE(maximum.at_bound[1]);
-  EXPECT_NEAR(maximum.x[0], 1, 1e-12);
-  EXPECT_NEAR(maximum.x[1], 0.5, 1e-3);
-  EXPECT_TRUE(std::isnan(maximum.deviations[0]));
-  EXPECT_NEAR(maximum.deviations[1], 0.5, 1e-6);
 }
 
 TEST(FitParameters, RefusesWhatItCannotFit) {

@@ -12,12 +12,12 @@
 namespace pulson {
 
 void SampleArguments::add_to(CLI::App& verb) {
-  reads_shape(verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME"))->required();
-  reads_shape(
-      verb.add_option(
-          "TARGET", targets,
-          "shapes, each an independent path from SOURCE; with --tree those of its nodes; a file may hold several"))
+  reads_shape(verb.add_option("SOURCE", source,
+                              "shape: file, file#3 (from 1) or file#id=NAME; with --tree it may be left out"))
       ->required();
+  reads_shape(verb.add_option(
+      "TARGET", targets,
+      "shapes, each an independent path from SOURCE; with --tree those of its nodes; a file may hold several"));
   add_read_options(verb, reading);
   add_order_option(verb, by_order);
   add_flip_option(verb, reading);
@@ -53,8 +53,9 @@ void SampleArguments::add_to(CLI::App& verb) {
               "then fitted, and at least --sigma; for one target");
   begin_group(verb, kModelGroup);
   reads_file(verb.add_option("--tree", tree,
-                             "a phylogeny in Newick format: SOURCE is the shape at its root, noise moves it along the "
-                             "branches, and each TARGET is the shape of the node with its name"));
+                             "a phylogeny in Newick format: SOURCE is the shape at its root, else estimated by "
+                             "generalised least squares; noise moves it along the branches, and each TARGET is the "
+                             "shape of the node with its name"));
   only_known(verb.add_option("--align", align,
                              "transformation removed first: none, translation, rigid, similarity, affine; auto: "
                              "similarity in the plane and in space, none on a line and with --tree")
@@ -114,11 +115,19 @@ nlohmann::ordered_json tree_facts(const std::vector<TreeNode>& tree) {
 
 SampleShapes SampleArguments::read(std::vector<std::string>& notes) const {
   if (calibrate <= 0 && !units.shard.empty()) throw InputError("--shard is for the simulations of --calibrate");
-  SampleShapes shapes{read_landmarks(source, &notes, reading), read_shapes(targets, reading, notes), {}};
+  if (targets.empty() && tree.empty())
+    throw InputError("no TARGET is given; only the root of --tree is estimated from the other shapes");
+  const bool has_root = !targets.empty();
+  SampleShapes shapes{{}, read_shapes(has_root ? targets : std::vector<std::string>{source}, reading, notes), {}};
   if (!tree.empty()) shapes.tree = formats::parse_newick(tree, text::read_text_file(tree));
-  require_digitised(shapes.source);
   for (const Landmarks& target : shapes.targets) require_digitised(target);
+  shapes.source = has_root ? read_landmarks(source, &notes, reading) : shapes.targets.front();
+  require_digitised(shapes.source);
   put_in_order_of(shapes.source, shapes.targets, by_order, notes);
+  if (has_root) return shapes;
+  shapes.source = inference::brownian_root(shapes.tree, shapes.targets);
+  notes.emplace_back(fmt::format("the shape at the root is estimated from {} shapes by generalised least squares",
+                                 shapes.targets.size()));
   return shapes;
 }
 

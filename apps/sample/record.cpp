@@ -194,7 +194,11 @@ std::string summary_json(const inference::PosteriorProblem& problem, const infer
   json["warmup_seconds"] = draws.warmup_seconds;
   json.update(models(problem));
   if (problem.weights.size() > 0) json["weights"] = std::vector<double>(problem.weights.begin(), problem.weights.end());
-  if (!problem.tree.empty()) json["tree"] = tree_rows(problem);
+  if (!problem.tree.empty()) {
+    json["tree"] = tree_rows(problem);
+    for (const auto& landmark : problem.sources.front().points.colwise())
+      json["root"].push_back(std::vector<double>(landmark.begin(), landmark.end()));
+  }
   json.update(sampler_settings(options));
   json["notes"] = in_option_words(notes);
   json["version"] = version();

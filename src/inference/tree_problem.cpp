@@ -2,6 +2,7 @@
 #include <cmath>
 #include <iterator>
 
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include "core/determined.hpp"
@@ -101,7 +102,55 @@ double part_of_place(const Points& source, const std::vector<Landmarks>& shapes)
   return all > 0 ? 1 - left / all : 0;
 }
 
+// Of the paths from the root to each of two nodes, what both share.
+double shared_depth(const std::vector<TreeNode>& tree, const std::vector<double>& depths, std::size_t a, std::size_t b) {
+  while (a != b) {
+    std::size_t& later = a > b ? a : b;  // parents come before their children
+    later = index_of(tree[later].parent);
+  }
+  return depths[a];
+}
+
 }  // namespace
+
+Landmarks brownian_root(const std::vector<TreeNode>& tree, const std::vector<Landmarks>& shapes) {
+  if (tree.size() < 2) throw InputError("the tree has no branch");
+  const std::vector<double> depths = depths_of(tree);
+  std::vector<std::string> notes;
+  const std::vector<const Landmarks*> of_node = shapes_by_node(tree, shapes, notes);
+  std::vector<std::size_t> known;
+  for (std::size_t i = 1; i < tree.size(); ++i)
+    if (of_node[i] != nullptr) known.push_back(i);
+  const auto count = std::ssize(known);
+  Eigen::MatrixXd covariance(count, count);
+  for (Eigen::Index i = 0; i < count; ++i)
+    for (Eigen::Index j = 0; j < count; ++j) covariance(i, j) = shared_depth(tree, depths, known[i], known[j]);
+  Landmarks root = *of_node[known.front()];
+  for (const std::size_t node : known)
+    if (of_node[node]->points.rows() != root.points.rows() || of_node[node]->points.cols() != root.points.cols())
+      throw InputError(fmt::format("{} and {} have different numbers of landmarks or coordinates",
+                                   words_for(tree, known.front()), words_for(tree, node)));
+  for (Eigen::Index c = 0; c < root.points.size(); ++c) {
+    std::vector<Eigen::Index> observed;
+    for (Eigen::Index i = 0; i < count; ++i)
+      if (std::isfinite(of_node[known[i]]->points.data()[c])) observed.push_back(i);
+    if (observed.empty())
+      throw InputError(fmt::format("landmark {} is missing in all shapes of the tree; leave it out",
+                                   root.describe(static_cast<int>(c / root.points.rows()))));
+    Eigen::VectorXd values(std::ssize(observed));
+    for (Eigen::Index i = 0; i < values.size(); ++i) values[i] = of_node[known[observed[i]]]->points.data()[c];
+    const Eigen::VectorXd weights =
+        covariance(observed, observed).ldlt().solve(Eigen::VectorXd::Ones(values.size()));
+    root.points.data()[c] = weights.dot(values) / weights.sum();
+  }
+  root.name = tree.front().name.empty() ? "root" : tree.front().name;
+  root.source = "the root";
+  root.image.clear();
+  root.curves.clear();
+  root.outlines.clear();
+  root.absent.clear();
+  return root;
+}
 
 PosteriorProblem make_tree_problem(const Landmarks& source, const std::vector<TreeNode>& tree,
                                    const std::vector<Landmarks>& shapes, matching::RegistrationOptions options,

@@ -1,9 +1,11 @@
 // The posterior of a tree of paths.
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -193,6 +195,49 @@ TEST(TreeProblem, SaysThatPlacesOfShapesCountAsEvolution) {
   EXPECT_THAT(notes(bent, {}), testing::Not(testing::Contains(testing::HasSubstr("evolution"))));
   EXPECT_THAT(notes(moved, {}), testing::Contains(testing::HasSubstr("count as evolution; `align = similarity`")));
   EXPECT_THAT(notes(moved, AlignmentKind::kNone), testing::Not(testing::Contains(testing::HasSubstr("evolution"))));
+}
+
+// Where a path divides, the likelihood of what is behind is that of one value: the mean of those at the ends by 1/length,
+// with the length 1/Σ 1/length (J. Felsenstein, Am. J. Hum. Genet. 25, 1973).
+std::pair<double, double> pruned(const std::vector<TreeNode>& tree, const std::vector<double>& values, std::size_t node) {
+  double precision = 0, sum = 0;
+  if (std::isfinite(values[node])) return {values[node], 0};
+  for (std::size_t child = node + 1; child < tree.size(); ++child) {
+    if (tree[child].parent != static_cast<int>(node)) continue;
+    const auto [value, length] = pruned(tree, values, child);
+    if (std::isnan(value)) continue;
+    precision += 1 / (tree[child].length + length);
+    sum += value / (tree[child].length + length);
+  }
+  return {sum / precision, 1 / precision};
+}
+
+TEST(BrownianRoot, IsThatOfPruning) {
+  // ((a:1,b:1)x:1,c:2,(d:0.5,e:1.5):0.7)
+  const std::vector<TreeNode> tree = {{"", -1, 0}, {"x", 0, 1},   {"a", 1, 1},   {"b", 1, 1},
+                                      {"c", 0, 2}, {"", 0, 0.7}, {"d", 5, 0.5}, {"e", 5, 1.5}};
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  std::vector<Landmarks> shapes;
+  const std::vector<std::vector<double>> rows = {{1, 0.3}, {2.5, none}, {-1, 4}, {3, 1}, {0.2, -2}};
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    shapes.push_back(called(std::string(1, static_cast<char>('a' + i)), Points{{rows[i][0]}, {rows[i][1]}}));
+  const Landmarks root = brownian_root(tree, shapes);
+  EXPECT_NEAR(root.points(0, 0), 1.338262, 5e-7);  // fastAnc of phytools 1.5
+  for (Eigen::Index axis = 0; axis < 2; ++axis) {
+    std::vector<double> values(tree.size(), none);
+    for (const Landmarks& shape : shapes)
+      for (std::size_t i = 0; i < tree.size(); ++i)
+        if (tree[i].name == shape.name) values[i] = shape.points(axis, 0);
+    EXPECT_NEAR(root.points(axis, 0), pruned(tree, values, 0).first, 1e-12);
+  }
+  // A known ancestor hides what is behind it.
+  shapes.push_back(called("x", Points{{0.5}, {0.5}}));
+  const Landmarks known = brownian_root(tree, shapes);
+  shapes[0].points.setConstant(9);
+  EXPECT_NEAR(brownian_root(tree, shapes).points(0, 0), known.points(0, 0), 1e-12);
+  for (Landmarks& shape : shapes) shape.points(1, 0) = none;
+  EXPECT_THAT([&] { static_cast<void>(brownian_root(tree, shapes)); },
+              ThrowsMessage<InputError>(testing::HasSubstr("missing in all shapes")));
 }
 
 }  // namespace

@@ -323,10 +323,13 @@ def atlas(cohort, *, out=None, progress=None, **options):
 
 
 @by_table("sample")
-def sample(source, target, *, out=None, progress=None, **options):
-    """Draws of the posterior of momenta, paths and parameters: Samples."""
+def sample(source, target=None, *, out=None, progress=None, **options):
+    """Draws of the posterior of momenta, paths and parameters: Samples. With `tree` a source alone is the shapes of its
+    nodes, and the one at the root is estimated."""
     with Call("sample", table_of("sample")) as call:
-        positional = call.shapes(source, "source") + call.shapes(target, "target")
+        positional = call.shapes(source, "source")
+        if target is not None:
+            positional += call.shapes(target, "target")
         for name, value in options.items():
             call.option(name, value)
         call.words += positional

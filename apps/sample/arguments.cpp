@@ -12,8 +12,8 @@
 namespace pulson {
 
 void SampleArguments::add_to(CLI::App& verb) {
-  reads_shape(verb.add_option("SOURCE", source,
-                              "shape: file, file#3 (from 1) or file#id=NAME; with --tree it may be left out"))
+  reads_shape(
+      verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME; with --tree it may be left out"))
       ->required();
   reads_shape(verb.add_option(
       "TARGET", targets,

@@ -103,7 +103,8 @@ double part_of_place(const Points& source, const std::vector<Landmarks>& shapes)
 }
 
 // Of the paths from the root to each of two nodes, what both share.
-double shared_depth(const std::vector<TreeNode>& tree, const std::vector<double>& depths, std::size_t a, std::size_t b) {
+double shared_depth(const std::vector<TreeNode>& tree, const std::vector<double>& depths, std::size_t a,
+                    std::size_t b) {
   while (a != b) {
     std::size_t& later = a > b ? a : b;  // parents come before their children
     later = index_of(tree[later].parent);
@@ -139,8 +140,7 @@ Landmarks brownian_root(const std::vector<TreeNode>& tree, const std::vector<Lan
                                    root.describe(static_cast<int>(c / root.points.rows()))));
     Eigen::VectorXd values(std::ssize(observed));
     for (Eigen::Index i = 0; i < values.size(); ++i) values[i] = of_node[known[observed[i]]]->points.data()[c];
-    const Eigen::VectorXd weights =
-        covariance(observed, observed).ldlt().solve(Eigen::VectorXd::Ones(values.size()));
+    const Eigen::VectorXd weights = covariance(observed, observed).ldlt().solve(Eigen::VectorXd::Ones(values.size()));
     root.points.data()[c] = weights.dot(values) / weights.sum();
   }
   root.name = tree.front().name.empty() ? "root" : tree.front().name;

@@ -197,9 +197,10 @@ TEST(TreeProblem, SaysThatPlacesOfShapesCountAsEvolution) {
   EXPECT_THAT(notes(moved, AlignmentKind::kNone), testing::Not(testing::Contains(testing::HasSubstr("evolution"))));
 }
 
-// Where a path divides, the likelihood of what is behind is that of one value: the mean of those at the ends by 1/length,
-// with the length 1/Σ 1/length (J. Felsenstein, Am. J. Hum. Genet. 25, 1973).
-std::pair<double, double> pruned(const std::vector<TreeNode>& tree, const std::vector<double>& values, std::size_t node) {
+// Where a path divides, the likelihood of what is behind is that of one value: the mean of those at the ends by
+// 1/length, with the length 1/Σ 1/length (J. Felsenstein, Am. J. Hum. Genet. 25, 1973).
+std::pair<double, double> pruned(const std::vector<TreeNode>& tree, const std::vector<double>& values,
+                                 std::size_t node) {
   double precision = 0, sum = 0;
   if (std::isfinite(values[node])) return {values[node], 0};
   for (std::size_t child = node + 1; child < tree.size(); ++child) {
@@ -214,7 +215,7 @@ std::pair<double, double> pruned(const std::vector<TreeNode>& tree, const std::v
 
 TEST(BrownianRoot, IsThatOfPruning) {
   // ((a:1,b:1)x:1,c:2,(d:0.5,e:1.5):0.7)
-  const std::vector<TreeNode> tree = {{"", -1, 0}, {"x", 0, 1},   {"a", 1, 1},   {"b", 1, 1},
+  const std::vector<TreeNode> tree = {{"", -1, 0}, {"x", 0, 1},  {"a", 1, 1},   {"b", 1, 1},
                                       {"c", 0, 2}, {"", 0, 0.7}, {"d", 5, 0.5}, {"e", 5, 1.5}};
   const double none = std::numeric_limits<double>::quiet_NaN();
   std::vector<Landmarks> shapes;

@@ -102,11 +102,13 @@ TEST_F(SampleProgram, WritesTheNodesOfATree) {
   EXPECT_TRUE(summary["momenta"].empty());
   EXPECT_EQ(summary["parameters"].size(), 4U);  // beta, width, data-sigma, log_likelihood
   EXPECT_EQ(count_lines(contents("out/nodes.csv")), 17U);
-  const ProgramRun rootless = run(words("sample leaves.csv --tree tree.nwk --time 2 --steps 4 --sigma 0.1:fit " + kRun));
+  const ProgramRun rootless =
+      run(words("sample leaves.csv --tree tree.nwk --time 2 --steps 4 --sigma 0.1:fit " + kRun));
   ASSERT_TRUE(rootless.exit_code == 0 || rootless.exit_code == 3) << rootless.err;
   EXPECT_THAT(rootless.err, HasSubstr("the root is estimated from 3 shapes by generalised least squares"));
   // a and b count as their mean 0.5 behind x, at a distance of 1.5 beside the 2 of c
-  EXPECT_NEAR(read_json("out/summary.json")["root"][0][0].get<double>(), (0.45 / 1.5 - 0.4 / 2) / (1 / 1.5 + 1 / 2.0), 1e-12);
+  EXPECT_NEAR(read_json("out/summary.json")["root"][0][0].get<double>(), (0.45 / 1.5 - 0.4 / 2) / (1 / 1.5 + 1 / 2.0),
+              1e-12);
   const ProgramRun study = run(words("sample " + kTree + kRun + "--calibrate 3 --ranks 7 --no-picture --resume"));
   EXPECT_EQ(study.exit_code, 0);
   EXPECT_THAT(study.err, HasSubstr("note: nothing is saved in 'out' yet: the run begins\n"));

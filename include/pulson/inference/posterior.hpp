@@ -60,9 +60,10 @@ PosteriorProblem make_posterior_problem(const Landmarks& source, const std::vect
                                         matching::RegistrationOptions options,
                                         const std::vector<std::string>& parameters);
 
-/// The shape at the root of a tree, of greatest likelihood where each coordinate is a Brownian motion along the branches:
-/// 1ᵀC⁻¹y / 1ᵀC⁻¹1, C_ij the length that the paths from the root to the nodes i and j share (generalised least squares;
-/// E. Martins and T. Hansen, Am. Nat. 149, 1997). To this the estimate tends where noise moves landmarks little.
+/// The shape at the root of a tree, of greatest likelihood where each coordinate is a Brownian motion along the
+/// branches: 1ᵀC⁻¹y / 1ᵀC⁻¹1, C_ij the length that the paths from the root to the nodes i and j share (generalised
+/// least squares; E. Martins and T. Hansen, Am. Nat. 149, 1997). To this the estimate tends where noise moves landmarks
+/// little.
 /// @param shapes of leaves, and of inner nodes where they are known, by name, in one frame; landmarks in the same order
 /// @throws InputError as make_tree_problem(), and where a coordinate is missing in all shapes
 Landmarks brownian_root(const std::vector<TreeNode>& tree, const std::vector<Landmarks>& shapes);

@@ -9,11 +9,11 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
+#include "core/step_watch.hpp"
 #include "models.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/kernels/own_kernel.hpp"
-#include "shell/host.hpp"
 
 namespace pulson::python {
 namespace {
@@ -261,9 +261,7 @@ Callback::Callback() { ++callbacks; }
 Callback::~Callback() { --callbacks; }
 bool is_in_callback() { return callbacks > 0; }
 
-void look_for_stop() {
-  if (host() != nullptr && host()->interrupted()) throw HostStopped();
-}
+void look_for_stop() { StepWatch::before_step(); }
 
 KernelOperator kernel_of(const py::handle& value, const Points& q) {
   if (py::isinstance<KernelOperator>(value)) return value.cast<KernelOperator>();

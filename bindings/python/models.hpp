@@ -33,7 +33,7 @@ class Callback {
 /// Whether this thread is in such a function.
 bool is_in_callback();
 
-/// Where a host wants a computation to end, between calls. @throws HostStopped
+/// Where a computation is to end, between calls of a user's function. @throws what ends it
 void look_for_stop();
 
 /// That the garbage collector sees functions that objects of a class hold, through members of it: visit(self, see)

@@ -6,6 +6,7 @@
 #include "core/blas_memory.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/version.hpp"
+#include "shell/host.hpp"
 
 namespace {
 
@@ -21,6 +22,8 @@ void translate(std::exception_ptr failure) {
     const std::string text = pulson::python::in_python_words(error.what());
     const bool is_missing = text.find("No such file or directory") != std::string::npos;
     PyErr_SetString(is_missing ? PyExc_FileNotFoundError : PyExc_ValueError, text.c_str());
+  } catch (const pulson::HostStopped&) {  // what went on beside it was interrupted
+    PyErr_SetNone(PyExc_KeyboardInterrupt);
   }
 }
 

@@ -51,10 +51,8 @@ std::atomic<std::thread::id> owner;
 
 constexpr auto kLook = std::chrono::milliseconds(50);
 
-// Where nothing is kept there is nothing to wait for.
-void end_with_host() {
-  if (host() != nullptr && host()->interrupted()) throw HostStopped();
-}
+// Whether the work under way is to end. Threads that shoot meanwhile see no more of it than this.
+std::atomic<bool> is_stopping = false;
 
 // Takes turns with other threads of Python, which may run meanwhile.
 class Turn {
@@ -106,8 +104,9 @@ class Work {
     };
     host_.interrupted = [this] {
       look_now_and_then();
-      return stop_.load();
+      return is_stopping.load();
     };
+    is_stopping = false;
   }
 
   void run(const std::function<void()>& work) {
@@ -116,18 +115,25 @@ class Work {
       const py::gil_scoped_release others_run;
       try {
         const HostScope scope(host_);
-        std::optional<StepWatch> watch;
-        if (options_.numbers_only) watch.emplace(end_with_host);
+        std::optional<StepWatch> watch;  // where nothing is kept there is nothing to wait for
+        if (options_.numbers_only) watch.emplace(end_soon);
+        here = this;
         work();
       } catch (...) {
         failure = std::current_exception();
       }
+      here = nullptr;
     }
     if (from_python_) std::rethrow_exception(from_python_);
     if (failure) std::rethrow_exception(failure);
   }
 
  private:
+  static void end_soon() {
+    if (here != nullptr) here->look_now_and_then();
+    if (is_stopping) throw HostStopped();
+  }
+
   // Other threads of the work wait for this one, which comes here itself: Python's signals are the main thread's.
   void look_now_and_then() {
     if (std::this_thread::get_id() != caller_ || is_looking_) return;
@@ -148,10 +154,10 @@ class Work {
     const py::gil_scoped_acquire python;
     try {
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      if (shows && !stop_) options_.progress(fraction < 0 ? py::object(py::none()) : py::float_(fraction), text);
+      if (shows && !is_stopping) options_.progress(fraction < 0 ? py::object(py::none()) : py::float_(fraction), text);
     } catch (...) {
       if (!from_python_) from_python_ = std::current_exception();
-      stop_ = true;
+      is_stopping = true;
     }
   }
 
@@ -164,8 +170,8 @@ class Work {
   bool is_new_ = false;
   double fraction_ = -1;
   std::string text_;
-  std::atomic<bool> stop_ = false;
   std::exception_ptr from_python_;
+  static inline thread_local Work* here = nullptr;
 };
 
 // An option of a verb, for signatures and words.

@@ -14,12 +14,15 @@ class StepWatch {
   StepWatch& operator=(const StepWatch&) = delete;
 
   static void before_step() {
-    if (void (*const check)() = current.load(std::memory_order_relaxed); check != nullptr) check();
-    if (of_thread != nullptr) of_thread();
+    if (of_thread != nullptr) {
+      of_thread();
+    } else if (void (*const check)() = current.load(std::memory_order_relaxed); check != nullptr) {
+      check();
+    }
     if (failed != nullptr && failed->load(std::memory_order_relaxed)) throw TaskEnded();
   }
 
-  /// The same on the thread that it was made on.
+  /// The same on the thread that it was made on, in place of that.
   class OfThread {
    public:
     explicit OfThread(void (*check)()) : before_(of_thread) { of_thread = check; }

@@ -170,6 +170,30 @@ class Host(InFolder):
             thread.join()
         self.assertEqual(failures, [])
 
+    def test_shots_beside_a_verb(self):
+        """They neither wait for it nor see it begin and end."""
+        expected = pulson.shoot(Q, P, "gaussian:alpha=1", steps=20).end
+        over = threading.Event()
+        failures = []
+
+        def shots():
+            try:
+                while not over.is_set():
+                    if not np.array_equal(pulson.shoot(Q, P, "gaussian:alpha=1", steps=20).end, expected):
+                        failures.append("another end")
+            except BaseException as error:  # whatever it is
+                failures.append(error)
+
+        threads = [threading.Thread(target=shots) for _ in range(2)]
+        for thread in threads:
+            thread.start()
+        for _ in range(100):
+            pulson.register(Q, Q * [1, 1.2])
+        over.set()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(failures, [])
+
     def test_signal_handlers_and_streams_stay(self):
         import signal
         before = signal.getsignal(signal.SIGINT)

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "compare/facts.hpp"
 #include "pulson/core/name_table.hpp"
@@ -85,9 +84,12 @@ void add_ends(html::HtmlReport& report, const std::vector<std::string>& notes, d
 
 html::HtmlReport comparison_report(const compare::Comparison& comparison, const std::vector<std::string>& notes,
                                    double seconds, const std::vector<std::filesystem::path>& pictures) {
-  html::HtmlReport report{
-      .title = "Which noise model best explains these shapes?",
-      .lead = fmt::format("{}. {}", as_title(headline(comparison)), fmt::join(four_sentences(comparison), " "))};
+  html::HtmlReport report{.title = "Which noise model best explains these shapes?",
+                          .lead = fmt::format("{}.", as_title(headline(comparison)))};
+  html::ReportSection verdict{"The verdict", {}};
+  for (const std::string& sentence : four_sentences(comparison))
+    verdict.blocks.emplace_back(html::ReportParagraph{sentence});
+  report.sections.push_back(std::move(verdict));
   html::ReportSection models{"Models", {}};
   const std::vector<ModelRow> rows = ranked_rows(comparison);
   models.blocks.emplace_back(html::ReportParagraph{fmt::format(

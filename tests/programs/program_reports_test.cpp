@@ -113,9 +113,10 @@ TEST_F(Reports, CompareTellsTheVerdictAndEveryModel) {
                                "--noise", "none", "--noise", "ch-sd:beta=1", "--lambda", "1"});
   ASSERT_EQ(done.exit_code, 0) << done.err;
   const std::string page = report();
-  EXPECT_THAT(
-      page, HasSubstr("<p class=\"lead\">One shape, to which no path of none leads, but of ch-sd:beta=1 at cost 0.667. "
-                      "Asked: which of none and ch-sd:beta=1 best explains 1 shape"));
+  EXPECT_THAT(page,
+              HasSubstr("<p class=\"lead\">One shape, to which no path of none leads, but of ch-sd:beta=1 at cost "
+                        "0.667.</p>"));
+  EXPECT_THAT(page, HasSubstr(">Asked: which of none and ch-sd:beta=1 best explains 1 shape"));
   EXPECT_EQ(rows_of_table(page, "noise"), 2U);
   EXPECT_EQ(count_of(page, "<tr><td>ch-sd:beta=1</td>"), 5U);  // of evidence, matches, two kinds of paths, shapes
   EXPECT_EQ(count_of(page, "<img src=\"data:image/"), 1U);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 #include "pulson/core/errors.hpp"
@@ -13,7 +14,8 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr int kTurnsAtPlace = 3;  // of numbers and matches
-constexpr double kGain = 0.05;    // nats: far below what decides
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kGain = 0.05;  // nats: far below what decides
 
 }  // namespace
 
@@ -23,26 +25,44 @@ HeldNumber::HeldNumber(const CohortModel& cohort, Index held, Matches about)
   keep(start_, std::move(best));
 }
 
-void HeldNumber::visit_all(const VectorXd& rising) {
+void HeldNumber::visit_all(const VectorXd& rising, double most_below) {
+  const double at_start = at_place(start_)->matches.log_evidence;
+  const auto pass = [&](auto first, auto last) {
+    for (; first != last; ++first) {
+      visit(*first);
+      const Place* there = at_place(*first);
+      if (there == nullptr || there->matches.log_evidence < at_start - most_below) break;
+    }
+  };
   const auto middle = std::lower_bound(rising.begin(), rising.end(), start_);
-  std::for_each(middle, rising.end(), [&](double place) { visit(place); });
-  std::for_each(std::make_reverse_iterator(middle), std::make_reverse_iterator(rising.begin()),
-                [&](double place) { visit(place); });
+  pass(middle, rising.end());
+  pass(std::make_reverse_iterator(middle), std::make_reverse_iterator(rising.begin()));
+  carry_down(std::prev(known_.end()));
+  carry_up(known_.begin());
 }
 
 void HeldNumber::visit(double place) {
   if (known_.contains(place)) return;
   const auto above = known_.upper_bound(place);
-  std::optional<Matches> best;
-  for (const bool is_above : {true, false}) {
-    if (is_above ? above == known_.end() : above == known_.begin()) continue;
-    std::optional<Matches> there = from(place, is_above ? above->second.matches : std::prev(above)->second.matches);
-    if (there && (!best || there->log_evidence > best->log_evidence)) best = std::move(there);
-  }
-  if (!best) return;
-  const auto here = keep(place, *std::move(best));
-  for (auto near = here; std::next(near) != known_.end() && improve(std::next(near), near->second.matches);) ++near;
-  for (auto near = here; near != known_.begin() && improve(std::prev(near), near->second.matches);) --near;
+  const bool has_above = above != known_.end(), has_below = above != known_.begin();
+  std::optional<Matches> by_above, by_below;
+  if (has_above) by_above = from(place, above->second.matches);
+  if (has_below) by_below = from(place, std::prev(above)->second.matches);
+  const double of_above = by_above ? by_above->log_evidence : -kInfinity;
+  const double of_below = by_below ? by_below->log_evidence : -kInfinity;
+  if (!by_above && !by_below) return;
+  const auto here = keep(place, *std::move(of_above > of_below ? by_above : by_below));
+  if (has_above && of_below > of_above + kGain) carry_up(here);
+  if (has_below && of_above > of_below + kGain) carry_down(here);
+}
+
+void HeldNumber::carry_up(Known::iterator from_here) {
+  for (auto next = std::next(from_here); next != known_.end() && improve(next, from_here->second.matches); ++next)
+    from_here = next;
+}
+
+void HeldNumber::carry_down(Known::iterator from_here) {
+  while (from_here != known_.begin() && improve(std::prev(from_here), from_here->second.matches)) --from_here;
 }
 
 const HeldNumber::Place* HeldNumber::at_place(double place) const {

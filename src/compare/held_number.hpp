@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <map>
 #include <optional>
 
@@ -9,7 +10,7 @@ namespace pulson::compare {
 
 /// The evidence of a cohort, Laplace's, maximised over all numbers but one, as a function of that one: at each place
 /// matches and numbers in turn, by the models linear about the matches, from the neighbours on either side. What is
-/// better at a place is tried at its neighbours, too, as the evidence may have several maxima.
+/// better from one side is carried on to the other, as the evidence may have several maxima.
 class HeldNumber {
  public:
   /// @param cohort is kept @param held of cohort.open() @param about matches at x, where the walk begins
@@ -24,8 +25,8 @@ class HeldNumber {
   double start() const { return start_; }
   /// Finds the maximum at a place. Nothing where some shape has no path there.
   void visit(double place);
-  /// The same at several, in order outwards from the start.
-  void visit_all(const Eigen::VectorXd& rising);
+  /// The same at several, in order outwards from the start. @param most_below nats below the start: it ends there
+  void visit_all(const Eigen::VectorXd& rising, double most_below = std::numeric_limits<double>::infinity());
   /// Null where nothing was found.
   const Place* at_place(double place) const;
 
@@ -35,6 +36,8 @@ class HeldNumber {
   Known::iterator keep(double place, Matches matches);
   std::optional<Matches> from(double place, const Matches& near) const;
   bool improve(Known::iterator place, const Matches& near);
+  void carry_up(Known::iterator from_here);
+  void carry_down(Known::iterator from_here);
   Matches settled(double place, Matches best) const;
 
   const CohortModel& cohort_;

@@ -1,6 +1,7 @@
 #include "noise_range.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <vector>
@@ -18,10 +19,11 @@ using posterior::LinearAt;
 // 6 millionths each.
 constexpr double kDetectable = 100 * kNegligible;
 
-constexpr double kDrop = 0.8212;  // ½·1.2816², of a one-sided interval of 90 %
-constexpr int kAmplitudes =
-    8;                    // over the range of the amplitude, on the scale on which the evidence is nearly quadratic
-constexpr int kCuts = 4;  // halvings at the end: to 1/128 of the range
+constexpr double kDrop = 0.8212;         // ½·1.2816², of a one-sided interval of 90 %
+constexpr int kAmplitudes = 6;           // over the range, on the scale on which the evidence is nearly quadratic
+constexpr double kHopelesslyBelow = 10;  // nats: a maximum behind such a gap is not looked for
+constexpr double kShareError = 0.02;     // to which the share is found
+constexpr int kMostCuts = 12;            // of the part where it may be, to seven eighths at most
 
 }  // namespace
 
@@ -46,7 +48,7 @@ double greatest_noise_share(const CohortModel& cohort, const Matches& about) {
     std::vector<double> places{0};
     for (int k = 0; k < kAmplitudes; ++k)
       places.push_back(cohort.box().most[g] * static_cast<double>(k + 1) / kAmplitudes);
-    held.visit_all(Eigen::Map<const VectorXd>(places.data(), std::ssize(places)));
+    held.visit_all(Eigen::Map<const VectorXd>(places.data(), std::ssize(places)), kHopelesslyBelow);
     places.insert(std::upper_bound(places.begin(), places.end(), held.start()), held.start());
     const auto evidence = [&](double place) {
       const HeldNumber::Place* found = held.at_place(place);
@@ -57,15 +59,21 @@ double greatest_noise_share(const CohortModel& cohort, const Matches& about) {
       for (const double other : places) best = std::max(best, evidence(other));
       return evidence(place) >= best - kDrop;
     };
+    const auto share_at = [&](double place) {
+      const HeldNumber::Place* found = held.at_place(place);
+      return found == nullptr ? 1 : noise_share(cohort, found->matches, found->matches.x);
+    };
     const auto last = std::find_if(places.rbegin(), places.rend(), is_allowed);
     double low = *last, high = last == places.rbegin() ? low : *std::prev(last);
-    for (int cut = 0; cut < kCuts && high > low; ++cut) {
-      const double middle = (low + high) / 2;
+    for (int cut = 0; cut < kMostCuts && high > low && share_at(high) > share_at(low) + kShareError; ++cut) {
+      // Where the evidence falls as the square of the place, which it nearly does.
+      const double drop = evidence(held.start()) - evidence(high);
+      const double guess = held.start() + (high - held.start()) * std::sqrt(kDrop / std::max(drop, kDrop));
+      const double middle = std::clamp(guess, low + (high - low) / 8, high - (high - low) / 8);
       held.visit(middle);
       (is_allowed(middle) ? low : high) = middle;
     }
-    const Matches& there = held.at_place(low)->matches;
-    greatest = std::max(greatest, noise_share(cohort, there, there.x));
+    greatest = std::max(greatest, share_at(low));
   }
   return greatest;
 }

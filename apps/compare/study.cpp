@@ -28,6 +28,7 @@ std::vector<compare::TrueModel> true_models(const CompareArguments& arguments, c
                                             const compare::CohortSettings& settings) {
   std::vector<compare::TrueModel> models;
   compare::CohortSettings quick = settings;
+  quick.upper_ends = false;
   if (arguments.true_lambda) quick.lambda = arguments.true_lambda;
   for (const NoiseChoice& noise : arguments.simulated()) {
     if (arguments.true_lambda && compare::is_complete(noise, cohort.source)) {

@@ -264,17 +264,31 @@ matching::MatchingProblem CohortModel::problem(const posterior::Numbers& numbers
 }
 
 Matches CohortModel::match(const VectorXd& x, const Matches* near, Effort effort) const {
+  const auto starts_of = [&](const Specimen::Model& model, int s) -> std::vector<VectorXd> {
+    if (near == nullptr) return {};
+    const Minimum& before = near->minima[at(s)];
+    const Specimen& specimen = specimens_[at(s)];
+    return {LinearAt(*before.linear, model).mean(),
+            specimen.white(model, specimen.momenta(near->model, before.z), specimen.increments(0, before.z))};
+  };
+  return match_with(starts_of, x, effort);
+}
+
+Matches CohortModel::match_from(const VectorXd& x, const std::vector<const ShapeFit*>& near, Effort effort) const {
+  const auto starts_of = [&](const Specimen::Model& model, int s) -> std::vector<VectorXd> {
+    const ShapeFit& before = *near[at(s)];
+    const Specimen& specimen = specimens_[at(s)];
+    const MatrixXd none = MatrixXd::Zero(specimen.channels(), settings_.grid.steps);
+    return {specimen.white(model, before.momenta, before.increments.rows() > 0 ? before.increments : none)};
+  };
+  return match_with(starts_of, x, effort);
+}
+
+Matches CohortModel::match_with(const Starts& starts_of, const VectorXd& x, Effort effort) const {
   const posterior::MinimumOptions options = effort == Effort::kRough ? kRoughly : posterior::MinimumOptions{};
   const posterior::Numbers numbers = this->numbers(x);
   Matches matches{x, specimens_.front().model(numbers), std::vector<Minimum>(specimens_.size()), {}, 0};
   if (own_mean_) matches.at_rest = own_mean_->at_rest(matches.model);
-  const auto starts_of = [&](int s) -> std::vector<VectorXd> {
-    if (near == nullptr) return {};
-    const Minimum& before = near->minima[at(s)];
-    const Specimen& specimen = specimens_[at(s)];
-    return {LinearAt(*before.linear, matches.model).mean(),
-            specimen.white(matches.model, specimen.momenta(near->model, before.z), specimen.increments(0, before.z))};
-  };
   const Index at_once = posterior::ShotBatch(specimens_.front(), matches.model).at_once();
   parallel_for(static_cast<int>((shapes() + at_once - 1) / at_once), [&](int group) {
     const auto first = static_cast<int>(group * at_once);
@@ -283,7 +297,7 @@ Matches CohortModel::match(const VectorXd& x, const Matches* near, Effort effort
     std::vector<std::vector<VectorXd>> starts;
     for (int s = first; s < last; ++s) {
       specimens.push_back(&specimens_[at(s)]);
-      starts.push_back(starts_of(s));
+      starts.push_back(starts_of(matches.model, s));
     }
     std::vector<Minimum> found = find_minima(specimens, matches.model, starts, options);
     for (int s = first; s < last; ++s) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -86,6 +87,8 @@ class CohortModel {
   /// Matches at x, from those of another place as the linear model has them there, or from rest.
   /// @throws NumericalError where some shape has no path
   Matches match(const Eigen::VectorXd& x, const Matches* near, Effort effort = Effort::kExact) const;
+  /// The same from the matches of another fit. @param near of each shape
+  Matches match_from(const Eigen::VectorXd& x, const std::vector<const ShapeFit*>& near, Effort effort) const;
 
   /// Begins again at the paths of least cost for these numbers, of shapes that may have other matches: those whose
   /// landmarks come close to each other. @return whether that cost less for some shape
@@ -101,6 +104,9 @@ class CohortModel {
   Eigen::VectorXd correlations_with_sigma(const Matches& about) const;
 
  private:
+  using Starts = std::function<std::vector<Eigen::VectorXd>(const posterior::Specimen::Model& model, int shape)>;
+
+  Matches match_with(const Starts& starts_of, const Eigen::VectorXd& x, Effort effort) const;
   void find_units();
   void check_observable(const posterior::Specimen::BranchSlopes& slopes) const;
   matching::MatchingProblem problem(const posterior::Numbers& numbers, int shape) const;

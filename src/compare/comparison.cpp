@@ -107,7 +107,8 @@ Prediction cross_validated(const CohortShapes& shapes, const NoiseChoice& noise,
     settings.importance_samples = 0;
     settings.kernel = of_all.kernel;
     settings.fit_width = false;
-    const CohortFit fit = fit_again(CohortModel(cohort, make_open_noise(noise, cohort.source), settings), of_all);
+    const CohortFit fit =
+        fit_again(CohortModel(cohort, make_open_noise(noise, cohort.source), settings), of_all, training);
     const MatrixXd samples = aligned_samples(cohort, shape_problem(cohort, fit, settings, 0), options.forward_samples,
                                              settings.seed + static_cast<std::uint64_t>(fold));
     std::vector<Landmarks> targets;

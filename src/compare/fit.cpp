@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <Eigen/Eigenvalues>
 
@@ -164,9 +165,12 @@ bool sample(const CohortModel& cohort, const Matches& matches, int shape, ShapeF
   return are_enough(sampled.effective_samples, sampled.samples);
 }
 
-CohortFit record(const CohortModel& cohort, Found found) {
-  // About the numbers themselves.
-  Matches matches = found.x() == found.about.x ? found.about : cohort.match(found.x(), &found.about);
+// About the numbers themselves.
+Matches matches_at(const CohortModel& cohort, const Found& found) {
+  return found.x() == found.about.x ? found.about : cohort.match(found.x(), &found.about);
+}
+
+CohortFit record(const CohortModel& cohort, const Found& found, const Matches& matches) {
   const posterior::Numbers numbers = cohort.numbers(matches.x);
   CohortFit fit;
   fit.kernel = numbers.kernel->spec();
@@ -198,21 +202,25 @@ CohortFit record(const CohortModel& cohort, Found found) {
     fit.sampling_error = std::hypot(fit.sampling_error, std::sqrt(shape.variance));
     if (shape.samples > 0) fit.effective_part = std::min(fit.effective_part, shape.effective_samples / shape.samples);
   }
-  fit.noise_share = noise_share(cohort, matches, matches.x);
-  fit.greatest_noise_share = std::max(fit.noise_share, greatest_noise_share(cohort, matches));
+  fit.noise_share = fit.greatest_noise_share = noise_share(cohort, matches, matches.x);
   return fit;
 }
 
+std::vector<const ShapeFit*> pointers_to(const std::vector<ShapeFit>& shapes) {
+  std::vector<const ShapeFit*> pointers;
+  for (const ShapeFit& shape : shapes) pointers.push_back(&shape);
+  return pointers;
+}
+
 // A fit that noise does not improve: that of `none`, with the upper ends of the amplitudes.
-CohortFit without_noise(const CohortModel& cohort, CohortFit fit, const CohortFit& none) {
-  const VectorXd x = cohort.place_without_noise(none.fitted);
+// @param matches at the place without noise
+CohortFit without_noise(const CohortModel& cohort, const Matches& matches, CohortFit fit, const CohortFit& none) {
+  const VectorXd& x = matches.x;
   const posterior::Numbers numbers = cohort.numbers(x);
   std::vector<FittedNumber> fitted = std::move(fit.fitted);
-  const Matches matches = cohort.match(x, nullptr);
   const VectorXd correlations = cohort.correlations_with_sigma(matches);
   const MatrixXd at_rest = MatrixXd::Zero(fit.shapes.front().increments.rows(), fit.shapes.front().increments.cols());
   fit = none;
-  fit.greatest_noise_share = greatest_noise_share(cohort, matches);
   fit.noise = numbers.noise->spec();
   if (cohort.noise().is_own) fit.own_noise = numbers.noise;
   for (ShapeFit& shape : fit.shapes) shape.increments = at_rest;
@@ -239,27 +247,40 @@ CohortFit without_noise(const CohortModel& cohort, CohortFit fit, const CohortFi
 }  // namespace
 
 CohortFit fit_model(const CohortModel& cohort, const CohortFit* none) {
-  if (none == nullptr || !std::isfinite(none->log_evidence)) return record(cohort, find_numbers(cohort));
-  CohortFit fit = record(cohort, find_numbers(cohort, cohort.place_without_noise(none->fitted)));
-  const double error = std::hypot(fit.sampling_error, none->sampling_error);
-  return fit.log_evidence > none->log_evidence + error ? fit : without_noise(cohort, std::move(fit), *none);
+  if (none != nullptr && !std::isfinite(none->log_evidence)) none = nullptr;
+  std::optional<Matches> no_noise;
+  if (none != nullptr)
+    no_noise = cohort.match_from(cohort.place_without_noise(none->fitted), pointers_to(none->shapes),
+                                 CohortModel::Effort::kThorough);
+  const Found found = find_numbers(cohort, no_noise ? &*no_noise : nullptr);
+  Matches matches = matches_at(cohort, found);
+  CohortFit fit = record(cohort, found, matches);
+  if (no_noise && !(fit.log_evidence > none->log_evidence + std::hypot(fit.sampling_error, none->sampling_error))) {
+    matches = *std::move(no_noise);
+    fit = without_noise(cohort, matches, std::move(fit), *none);
+  }
+  if (cohort.settings().upper_ends)
+    fit.greatest_noise_share = std::max(fit.noise_share, greatest_noise_share(cohort, matches));
+  return fit;
 }
 
 CohortFit fit_roughly(const CohortModel& cohort) {
   Found found = find_numbers_roughly(cohort);
   found.converged = found.about.all_converged();
-  return record(cohort, std::move(found));
+  return record(cohort, found, found.about);
 }
 
-CohortFit fit_again(const CohortModel& cohort, const CohortFit& before) {
+CohortFit fit_again(const CohortModel& cohort, const CohortFit& before, const std::vector<int>& shapes) {
   std::vector<double> values;
   for (const ModelNumber& number : cohort.open())
     values.push_back(std::find_if(before.fitted.begin(), before.fitted.end(), [&](const FittedNumber& fitted) {
                        return fitted.name == number.name;
                      })->value);
-  Found found = find_numbers_near(cohort, cohort.place(values));
+  std::vector<const ShapeFit*> near;
+  for (const int s : shapes) near.push_back(&before.shapes[at(s)]);
+  Found found = find_numbers_near(cohort, cohort.match_from(cohort.place(values), near, CohortModel::Effort::kExact));
   found.converged = found.about.all_converged();
-  return record(cohort, std::move(found));
+  return record(cohort, found, found.about);
 }
 
 }  // namespace pulson::compare

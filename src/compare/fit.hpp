@@ -13,7 +13,8 @@ CohortFit fit_model(const CohortModel& cohort, const CohortFit* none = nullptr);
 /// choose the time steps need be no better.
 CohortFit fit_roughly(const CohortModel& cohort);
 
-/// The same from the numbers of a fit to more shapes, for cross-validation.
-CohortFit fit_again(const CohortModel& cohort, const CohortFit& before);
+/// The same from the numbers and matches of a fit to more shapes, for cross-validation.
+/// @param shapes of that fit, which these are
+CohortFit fit_again(const CohortModel& cohort, const CohortFit& before, const std::vector<int>& shapes);
 
 }  // namespace pulson::compare

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <iterator>
-#include <limits>
 #include <utility>
+#include <vector>
 
 #include "pulson/core/errors.hpp"
 
@@ -14,8 +14,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr int kTurnsAtPlace = 3;  // of numbers and matches
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kGain = 0.05;  // nats: far below what decides
+constexpr double kGain = 0.05;    // nats: far below what decides
 
 }  // namespace
 
@@ -43,17 +42,32 @@ void HeldNumber::visit_all(const VectorXd& rising, double most_below) {
 
 void HeldNumber::visit(double place) {
   if (known_.contains(place)) return;
+  struct Side {
+    double promise;
+    const Matches* near;
+    bool is_above;
+  };
+  std::vector<Side> sides;
   const auto above = known_.upper_bound(place);
-  const bool has_above = above != known_.end(), has_below = above != known_.begin();
-  std::optional<Matches> by_above, by_below;
-  if (has_above) by_above = from(place, above->second.matches);
-  if (has_below) by_below = from(place, std::prev(above)->second.matches);
-  const double of_above = by_above ? by_above->log_evidence : -kInfinity;
-  const double of_below = by_below ? by_below->log_evidence : -kInfinity;
-  if (!by_above && !by_below) return;
-  const auto here = keep(place, *std::move(of_above > of_below ? by_above : by_below));
-  if (has_above && of_below > of_above + kGain) carry_up(here);
-  if (has_below && of_above > of_below + kGain) carry_down(here);
+  const auto add = [&](Known::const_iterator side, bool is_above) {
+    const Matches& near = side->second.matches;
+    sides.push_back({promise(place, near), &near, is_above});
+  };
+  if (above != known_.begin()) add(std::prev(above), false);
+  if (above != known_.end()) add(above, true);
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.promise > b.promise; });
+  std::optional<Matches> best;
+  bool by_above = false;
+  for (const Side& side : sides) {
+    if (best && side.promise <= best->log_evidence) continue;
+    std::optional<Matches> found = from(place, *side.near);
+    if (!found || (best && found->log_evidence <= best->log_evidence)) continue;
+    best = std::move(found);
+    by_above = side.is_above;
+  }
+  if (!best) return;
+  const auto here = keep(place, *std::move(best));
+  by_above ? carry_down(here) : carry_up(here);
 }
 
 void HeldNumber::carry_up(Known::iterator from_here) {
@@ -86,8 +100,15 @@ std::optional<Matches> HeldNumber::from(double place, const Matches& near) const
   return std::nullopt;
 }
 
+double HeldNumber::promise(double place, const Matches& near) const {
+  VectorXd x = near.x;
+  x[held_] = place;
+  return cohort_.linear_value(near, cohort_.box().clipped(x));
+}
+
 // @return whether what comes from there gains what matters
 bool HeldNumber::improve(Known::iterator place, const Matches& near) {
+  if (!(promise(place->first, near) > place->second.matches.log_evidence + kGain)) return false;
   std::optional<Matches> other = from(place->first, near);
   if (!other || !(other->log_evidence > place->second.matches.log_evidence + kGain)) return false;
   keep(place->first, *std::move(other));

@@ -9,8 +9,9 @@
 namespace pulson::compare {
 
 /// The evidence of a cohort, Laplace's, maximised over all numbers but one, as a function of that one: at each place
-/// matches and numbers in turn, by the models linear about the matches, from the neighbours on either side. What is
-/// better from one side is carried on to the other, as the evidence may have several maxima.
+/// matches and numbers in turn, by the models linear about the matches, from the neighbour whose linear models promise
+/// most, and from the other where these promise more than was found. What is found from one side is carried on to the
+/// other in the same way, as the evidence may have several maxima.
 class HeldNumber {
  public:
   /// @param cohort is kept @param held of cohort.open() @param about matches at x, where the walk begins
@@ -35,6 +36,8 @@ class HeldNumber {
 
   Known::iterator keep(double place, Matches matches);
   std::optional<Matches> from(double place, const Matches& near) const;
+  /// The evidence that the models linear about its neighbour's matches have at a place.
+  double promise(double place, const Matches& near) const;
   bool improve(Known::iterator place, const Matches& near);
   void carry_up(Known::iterator from_here);
   void carry_down(Known::iterator from_here);

@@ -19,12 +19,25 @@ using posterior::LinearAt;
 // 6 millionths each.
 constexpr double kDetectable = 100 * kNegligible;
 
-constexpr double kDrop = 0.8212;         // ½·1.2816², of a one-sided interval of 90 %
+constexpr double kFall = 0.8212;         // ½·1.2816², of a one-sided interval of 90 %
 constexpr int kAmplitudes = 6;           // over the range, on the scale on which the evidence is nearly quadratic
 constexpr double kHopelesslyBelow = 10;  // nats: a maximum behind such a gap is not looked for
 constexpr double kShareRatio = 1.1;      // to which the share is found, from above,
 constexpr double kNoShare = 1e-3;        // or to this
-constexpr int kMostCuts = 12;            // of the part where it may be, to seven eighths at most
+constexpr double kStep = 0.07;           // of the logarithm of the variance: less than that ratio
+constexpr int kMostCuts = 12;            // of the part where it may be,
+constexpr double kLeastPart = 1e-3;      // each of so much at least
+
+// Between two places, where the evidence has fallen by that if it falls as the square of the place, which it nearly
+// does.
+double crossing(double low, double fall_low, double high, double fall_high) {
+  if (!std::isfinite(fall_high)) return (low + high) / 2;
+  const double begin = std::sqrt(fall_low), end = std::sqrt(fall_high);
+  return low + (high - low) * (std::sqrt(kFall) - begin) / (end - begin);
+}
+
+// The place of e^step times the variance.
+double moved(double place, double step) { return std::log1p(std::exp(step) * std::expm1(place)); }
 
 }  // namespace
 
@@ -55,24 +68,30 @@ double greatest_noise_share(const CohortModel& cohort, const Matches& about) {
       const HeldNumber::Place* found = held.at_place(place);
       return found == nullptr ? -std::numeric_limits<double>::infinity() : found->matches.log_evidence;
     };
-    const auto is_allowed = [&](double place) {
+    const auto fall = [&](double place) {
       double best = evidence(place);
       for (const double other : places) best = std::max(best, evidence(other));
-      return evidence(place) >= best - kDrop;
+      return best - evidence(place);
     };
+    const auto is_allowed = [&](double place) { return fall(place) <= kFall; };
     const auto share_at = [&](double place) {
       const HeldNumber::Place* found = held.at_place(place);
       return found == nullptr ? 1 : noise_share(cohort, found->matches, found->matches.x);
     };
     const auto last = std::find_if(places.rbegin(), places.rend(), is_allowed);
     double low = *last, high = last == places.rbegin() ? low : *std::prev(last);
+    double step = kStep;  // of the logarithm of the variance, from the end that moved towards the other
+    bool low_moved = false;
     for (int cut = 0; cut < kMostCuts && share_at(high) > kShareRatio * share_at(low) + kNoShare; ++cut) {
-      // Where the evidence falls as the square of the place, which it nearly does.
-      const double drop = evidence(held.start()) - evidence(high);
-      const double guess = held.start() + (high - held.start()) * std::sqrt(kDrop / std::max(drop, kDrop));
-      const double middle = std::clamp(guess, low + (high - low) / 8, high - (high - low) / 8);
+      double middle = crossing(low, fall(low), high, fall(high));
+      if (cut > 0) middle = low_moved ? std::max(middle, moved(low, step)) : std::min(middle, moved(high, -step));
+      middle = std::clamp(middle, low + kLeastPart * (high - low), high - kLeastPart * (high - low));
       held.visit(middle);
-      (is_allowed(middle) ? low : high) = middle;
+      places.push_back(middle);
+      const bool allowed = is_allowed(middle);
+      step = cut > 0 && allowed == low_moved ? 2 * step : kStep;
+      low_moved = allowed;
+      (allowed ? low : high) = middle;
     }
     greatest = std::max(greatest, share_at(high));
   }

@@ -45,7 +45,7 @@ double distance(const MatrixXd& metric, const VectorXd& x) { return std::sqrt(x.
 
 class Search {
  public:
-  explicit Search(const CohortModel& cohort, VectorXd also = {}) : cohort_(cohort), also_(std::move(also)) {}
+  explicit Search(const CohortModel& cohort, const Matches* also = nullptr) : cohort_(cohort), also_(also) {}
 
   Found maximum() {
     Found found{first_matches()};
@@ -67,7 +67,7 @@ class Search {
 
   Found rough() { return {first_matches()}; }
 
-  Found again(const VectorXd& x) { return {settled(cohort_.match(x, nullptr, kThorough), cohort_.box(), kTurnsAgain)}; }
+  Found again(const Matches& near) { return {settled(near, cohort_.box(), kTurnsAgain)}; }
 
  private:
   // Numbers and matches in turn until they no longer change. The best of them: where the kernel is too wide, matches do
@@ -164,12 +164,10 @@ class Search {
   // several maxima where noise bends the paths.
   std::vector<Matches> candidates(const Matches& first) const {
     std::vector<Matches> all{first};
-    if (also_.size() > 0) try {
-        all.push_back(cohort_.match(also_, nullptr, kThorough));
-        all.push_back(settled(all.back(), cohort_.box(), kTurnsOfWidth));
-      } catch (const NumericalError&) {
-        // no path there with so few time steps
-      }
+    if (also_ != nullptr) {
+      all.push_back(*also_);
+      all.push_back(settled(*also_, cohort_.box(), kTurnsOfWidth));
+    }
     std::vector<Index> amplitudes;
     for (Index i = 0; i < cohort_.count(); ++i)
       if (cohort_.open()[at(i)].kind == Kind::kAmplitude) amplitudes.push_back(i);
@@ -286,15 +284,15 @@ class Search {
   }
 
   const CohortModel& cohort_;
-  VectorXd also_;
+  const Matches* also_;
 };
 
 }  // namespace
 
-Found find_numbers(const CohortModel& cohort, const VectorXd& also) { return Search(cohort, also).maximum(); }
+Found find_numbers(const CohortModel& cohort, const Matches* also) { return Search(cohort, also).maximum(); }
 
 Found find_numbers_roughly(const CohortModel& cohort) { return Search(cohort).rough(); }
 
-Found find_numbers_near(const CohortModel& cohort, const VectorXd& x) { return Search(cohort).again(x); }
+Found find_numbers_near(const CohortModel& cohort, const Matches& near) { return Search(cohort).again(near); }
 
 }  // namespace pulson::compare

@@ -21,13 +21,13 @@ struct Found {
 /// The numbers of greatest evidence and their intervals: first those that the models linear about the matches have, by
 /// turns of matches and numbers (M. Lindstrom and D. Bates 1990), from a few widths of the kernel and levels of noise;
 /// from the best of these by Newton's method on the evidence itself.
-/// @param also a place from which they are sought, too; none: of no size
-Found find_numbers(const CohortModel& cohort, const Eigen::VectorXd& also = {});
+/// @param also matches from which they are sought, too; null: none
+Found find_numbers(const CohortModel& cohort, const Matches* also = nullptr);
 
 /// The first of these alone.
 Found find_numbers_roughly(const CohortModel& cohort);
 
-/// The same from numbers that are near.
-Found find_numbers_near(const CohortModel& cohort, const Eigen::VectorXd& x);
+/// The same from matches that are near.
+Found find_numbers_near(const CohortModel& cohort, const Matches& near);
 
 }  // namespace pulson::compare

@@ -85,6 +85,7 @@ RecoveryStudy::RecoveryStudy(const Landmarks& source, const std::vector<TrueMode
   const Cohort alone = make_cohort(source, {source}, AlignmentKind::kNone);
   CohortSettings& settings = options_.settings;
   settings.kernel = settings.kernel.make(source.points).spec();
+  settings.upper_ends = false;
   for (const TrueModel& truth : truths) {
     if (!is_complete(truth.noise, source))
       throw InputError(

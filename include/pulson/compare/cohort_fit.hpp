@@ -49,6 +49,7 @@ struct CohortSettings {
   int importance_samples = 50;     ///< for each shape at most, with which the evidence is corrected; 0: Laplace's
   double sampling_error = 0.1;     ///< standard error of the cohort's log evidence at which fewer will do
   std::uint64_t seed = 1;          ///< of these
+  bool upper_ends = true;          ///< whether CohortFit::greatest_noise_share is found; else it is the fit's
   /// Called after each match of a shape, for progress; from several threads.
   std::function<void()> on_match{};
 };

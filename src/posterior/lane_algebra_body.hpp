@@ -59,39 +59,84 @@ inline void AddProduct(double sign, const double* a, const double* b, double* c,
   }
 }
 
-// Of kWide columns x at once; of A the factors, with the inverses of the pivots.
-template <int kWide>
-HWY_INLINE void SolveColumns(const double* a, double* x, int m) {
-  Vector sum[kWide];
-  for (int i = 0; i < m; ++i) {
-    for (int u = 0; u < kWide; ++u) sum[u] = At(x, u * m + i);
-    for (int k = 0; k < i; ++k) {
-      const Vector factor = At(a, k * m + i);
-      for (int u = 0; u < kWide; ++u) sum[u] = hn::NegMulAdd(factor, At(x, u * m + k), sum[u]);
+// A tile of X −= A X': rows i to i + kTall of kWide columns, with columns `first` to `last` of A and these rows of X'.
+template <int kTall, int kWide>
+HWY_INLINE void SubtractTile(const double* a, const double* of, double* x, int m, int i, int first, int last) {
+  Vector sum[kTall][kWide];
+  for (int t = 0; t < kTall; ++t)
+    for (int u = 0; u < kWide; ++u) sum[t][u] = At(x, u * m + i + t);
+  for (int k = first; k < last; ++k) {
+    Vector of_x[kWide];
+    for (int u = 0; u < kWide; ++u) of_x[u] = At(of, u * m + k);
+    for (int t = 0; t < kTall; ++t) {
+      const Vector factor = At(a, k * m + i + t);
+      for (int u = 0; u < kWide; ++u) sum[t][u] = hn::NegMulAdd(factor, of_x[u], sum[t][u]);
     }
-    for (int u = 0; u < kWide; ++u) Put(sum[u], x, u * m + i);
   }
-  for (int i = m - 1; i >= 0; --i) {
-    for (int u = 0; u < kWide; ++u) sum[u] = At(x, u * m + i);
-    for (int k = i + 1; k < m; ++k) {
-      const Vector factor = At(a, k * m + i);
-      for (int u = 0; u < kWide; ++u) sum[u] = hn::NegMulAdd(factor, At(x, u * m + k), sum[u]);
-    }
-    for (int u = 0; u < kWide; ++u) Put(hn::Mul(sum[u], At(a, i * m + i)), x, u * m + i);
+  for (int t = 0; t < kTall; ++t)
+    for (int u = 0; u < kWide; ++u) Put(sum[t][u], x, u * m + i + t);
+}
+
+// Rows i to i + kTall of kWide columns, those before solved: L X = B.
+template <int kTall, int kWide>
+HWY_INLINE void SolveLowerRows(const double* a, double* x, int m, int i) {
+  SubtractTile<kTall, kWide>(a, x, x, m, i, 0, i);
+  for (int t = 1; t < kTall; ++t) SubtractTile<1, kWide>(a, x, x, m, i + t, i, i + t);
+}
+
+// Those after solved: U X = B, with the inverses of the pivots.
+template <int kTall, int kWide>
+HWY_INLINE void SolveUpperRows(const double* a, double* x, int m, int i) {
+  SubtractTile<kTall, kWide>(a, x, x, m, i, i + kTall, m);
+  for (int t = kTall - 1; t >= 0; --t) {
+    SubtractTile<1, kWide>(a, x, x, m, i + t, i + t + 1, i + kTall);
+    const Vector inverse = At(a, (i + t) * m + i + t);
+    for (int u = 0; u < kWide; ++u) Put(hn::Mul(At(x, u * m + i + t), inverse), x, u * m + i + t);
   }
 }
 
-// Solves A X = B in place, A m×m near the identity, so that no pivots are sought; A is overwritten.
-inline void SolveInPlace(double* a, double* b, int m, int r) {
-  for (int k = 0; k < m; ++k) {
-    const Vector inverse = hn::Div(Constant(1), At(a, k * m + k));
-    Put(inverse, a, k * m + k);
-    for (int i = k + 1; i < m; ++i) Put(hn::Mul(At(a, k * m + i), inverse), a, k * m + i);
-    for (int j = k + 1; j < m; ++j) {
-      const Vector top = At(a, j * m + k);
-      for (int i = k + 1; i < m; ++i) Put(hn::NegMulAdd(At(a, k * m + i), top, At(a, j * m + i)), a, j * m + i);
+// Of kWide columns x at once; of A the factors, with the inverses of the pivots.
+template <int kWide>
+HWY_INLINE void SolveColumns(const double* a, double* x, int m) {
+  int i = 0;
+  for (; i + 4 <= m; i += 4) SolveLowerRows<4, kWide>(a, x, m, i);
+  for (; i < m; ++i) SolveLowerRows<1, kWide>(a, x, m, i);
+  for (; i % 4 != 0; --i) SolveUpperRows<1, kWide>(a, x, m, i - 1);
+  for (; i > 0; i -= 4) SolveUpperRows<4, kWide>(a, x, m, i - 4);
+}
+
+// Rows `first` to m of kWide columns, of which those before and after `begin` have the columns begin to first of A.
+template <int kWide>
+HWY_INLINE void UpdateColumns(double* a, int m, int begin, int first, int j) {
+  double* x = a + static_cast<std::size_t>(j) * static_cast<std::size_t>(m) * hn::Lanes(Tag());
+  for (int i = begin + 1; i < first; ++i) SubtractTile<1, kWide>(a, x, x, m, i, begin, i);
+  int i = first;
+  for (; i + 4 <= m; i += 4) SubtractTile<4, kWide>(a, x, x, m, i, begin, first);
+  for (; i < m; ++i) SubtractTile<1, kWide>(a, x, x, m, i, begin, first);
+}
+
+// LU of A m×m near the identity, so that no pivots are sought, in place, with the inverses of the pivots.
+inline void Factorise(double* a, int m) {
+  for (int begin = 0; begin < m; begin += 4) {
+    const int next = begin + 4 < m ? begin + 4 : m;
+    for (int k = begin; k < next; ++k) {
+      const Vector inverse = hn::Div(Constant(1), At(a, k * m + k));
+      Put(inverse, a, k * m + k);
+      for (int i = k + 1; i < m; ++i) Put(hn::Mul(At(a, k * m + i), inverse), a, k * m + i);
+      for (int j = k + 1; j < next; ++j) {
+        const Vector top = At(a, j * m + k);
+        for (int i = k + 1; i < m; ++i) Put(hn::NegMulAdd(At(a, k * m + i), top, At(a, j * m + i)), a, j * m + i);
+      }
     }
+    int j = next;
+    for (; j + 4 <= m; j += 4) UpdateColumns<4>(a, m, begin, next, j);
+    for (; j < m; ++j) UpdateColumns<1>(a, m, begin, next, j);
   }
+}
+
+// Solves A X = B in place, A m×m near the identity; A is overwritten.
+inline void SolveInPlace(double* a, double* b, int m, int r) {
+  Factorise(a, m);
   const std::size_t column = static_cast<std::size_t>(m) * hn::Lanes(Tag());
   int j = 0;
   for (; j + 4 <= r; j += 4) SolveColumns<4>(a, b + static_cast<std::size_t>(j) * column, m);

@@ -49,6 +49,23 @@ inline Jet KernelJet(const std::vector<KernelTerm>& terms, Vector s) {
   return sum;
 }
 
+// task(jets), with the numbers of one profile computed once.
+template <class Task>
+HWY_INLINE void WithJets(const std::vector<KernelTerm>& terms, const Task& task) {
+  const auto of = [&](const auto& profile) { task([&](Vector s) { return profile.Second(s); }); };
+  if (terms.size() != 1) return task([&](Vector s) { return KernelJet(terms, s); });
+  switch (terms.front().profile) {
+    case KernelProfile::kGaussian:
+      return of(GaussianProfile(terms.front()));
+    case KernelProfile::kPeakon:
+      return of(PeakonProfile(terms.front()));
+    case KernelProfile::kMatern32:
+      return of(Matern32Profile(terms.front()));
+    case KernelProfile::kMatern52:
+      return of(Matern52Profile(terms.front()));
+  }
+}
+
 template <int d>
 class LaneShooter {
  public:
@@ -111,6 +128,11 @@ class LaneShooter {
 
   // K, first·z and second of all pairs at positions, first and second times ½Δt.
   void Jets(const double* q) {
+    WithJets(*g_.terms, [&](const auto& jets) { JetsBy(jets, q); });
+  }
+
+  template <class PairJets>
+  HWY_INLINE void JetsBy(const PairJets& jets, const double* q) {
     const Vector half = Constant(g_.half);
     for (int b = 0; b < n_; ++b)
       for (int a = 0; a <= b; ++a) {
@@ -120,7 +142,7 @@ class LaneShooter {
           z[e] = hn::Sub(At(q, a * d + e), At(q, b * d + e));
           s = hn::MulAdd(z[e], z[e], s);
         }
-        const Jet jet = KernelJet(*g_.terms, s);
+        const Jet jet = jets(s);
         const Vector first = hn::Mul(half, jet.first);
         Put(hn::Mul(half, jet.value), value_, a * n_ + b);
         Put(hn::Mul(half, jet.value), value_, b * n_ + a);
@@ -148,39 +170,60 @@ class LaneShooter {
 
   // ½Δt H_q
   void Force(const double* p, double* f) const {
-    for (int a = 0; a < n_; ++a) {
-      Vector sum[d];
-      for (Vector& entry : sum) entry = hn::Zero(Tag());
-      for (int b = 0; b < n_; ++b) {
-        if (b == a) continue;
-        Vector product = hn::Zero(Tag());
-        for (int e = 0; e < d; ++e) product = hn::MulAdd(At(p, a * d + e), At(p, b * d + e), product);
-        for (int e = 0; e < d; ++e) sum[e] = hn::MulAdd(product, At(slope_, (a * n_ + b) * d + e), sum[e]);
+    for (int b = 0; b < n_; ++b) {
+      Vector of_b[d], sum[d];
+      for (int e = 0; e < d; ++e) {
+        of_b[e] = At(p, b * d + e);
+        sum[e] = hn::Zero(Tag());
       }
-      for (int e = 0; e < d; ++e) Put(sum[e], f, a * d + e);
+      const double* slope = slope_ + static_cast<std::size_t>(b * n_ * d * lanes_);
+      for (int a = 0; a < b; ++a) {
+        Vector product = hn::Zero(Tag());
+        for (int e = 0; e < d; ++e) product = hn::MulAdd(At(p, a * d + e), of_b[e], product);
+        for (int e = 0; e < d; ++e) {
+          const Vector g = At(slope, a * d + e);
+          sum[e] = hn::MulAdd(product, g, sum[e]);
+          Put(hn::NegMulAdd(product, g, At(f, a * d + e)), f, a * d + e);
+        }
+      }
+      for (int e = 0; e < d; ++e) Put(sum[e], f, b * d + e);
     }
   }
 
   // ½Δt K(x) p at positions x, without the pairs' jets.
   void VelocityAt(const double* x, const double* p, double* v) const {
-    const Vector half = Constant(g_.half);
-    for (int i = 0; i < m_; ++i) Put(hn::Zero(Tag()), v, i);
-    for (int b = 0; b < n_; ++b)
-      for (int a = 0; a <= b; ++a) {
-        Vector s = hn::Zero(Tag());
-        for (int e = 0; e < d; ++e) {
-          const Vector z = hn::Sub(At(x, a * d + e), At(x, b * d + e));
-          s = hn::MulAdd(z, z, s);
-        }
-        const Vector k = hn::Mul(half, KernelJet(*g_.terms, s).value);
-        for (int e = 0; e < d; ++e) {
-          Put(hn::MulAdd(k, At(p, b * d + e), At(v, a * d + e)), v, a * d + e);
-          if (a != b) Put(hn::MulAdd(k, At(p, a * d + e), At(v, b * d + e)), v, b * d + e);
-        }
-      }
+    WithJets(*g_.terms, [&](const auto& jets) { VelocityBy(jets, x, p, v); });
   }
 
-  // x ← c + map(x) in each lane until corrections are round-off; lanes in which they do not contract are lost.
+  template <class PairJets>
+  HWY_INLINE void VelocityBy(const PairJets& jets, const double* x, const double* p, double* v) const {
+    const Vector half = Constant(g_.half);
+    const Vector alone = hn::Mul(half, jets(hn::Zero(Tag())).value);
+    for (int b = 0; b < n_; ++b) {
+      Vector at_b[d], of_b[d], sum[d];
+      for (int e = 0; e < d; ++e) {
+        at_b[e] = At(x, b * d + e);
+        of_b[e] = At(p, b * d + e);
+        sum[e] = hn::Mul(alone, of_b[e]);
+      }
+      for (int a = 0; a < b; ++a) {
+        Vector s = hn::Zero(Tag());
+        for (int e = 0; e < d; ++e) {
+          const Vector z = hn::Sub(At(x, a * d + e), at_b[e]);
+          s = hn::MulAdd(z, z, s);
+        }
+        const Vector k = hn::Mul(half, jets(s).value);
+        for (int e = 0; e < d; ++e) {
+          sum[e] = hn::MulAdd(k, At(p, a * d + e), sum[e]);
+          Put(hn::MulAdd(k, of_b[e], At(v, a * d + e)), v, a * d + e);
+        }
+      }
+      for (int e = 0; e < d; ++e) Put(sum[e], v, b * d + e);
+    }
+  }
+
+  // x ← c + map(x) in each lane until what the corrections would still add, if they go on to contract as they did last,
+  // is round-off; lanes in which they do not contract are lost.
   template <class Map>
   void Iterate(const double* c, double* x, double* of_map, double contraction, const Map& map) {
     constexpr int kMostTurns = 100;
@@ -199,6 +242,8 @@ class LaneShooter {
       }
       done = hn::Or(done, hn::Le(correction, hn::Mul(Constant(kRoundOff), size)));  // of NaN not
       if (turn > 0) {
+        const Vector still = hn::Mul(hn::Mul(Constant(kRoundOff), size), hn::Sub(previous, correction));
+        done = hn::Or(done, hn::Le(hn::Mul(correction, correction), still));
         const Flags slow = hn::Not(hn::Le(correction, hn::Mul(Constant(contraction), previous)));
         const Flags large = hn::Not(hn::Le(correction, hn::Mul(Constant(kUncertain), size)));
         lost_ = hn::Or(lost_, hn::AndNot(done, hn::And(slow, large)));
@@ -436,15 +481,15 @@ class LaneShooter {
 
   // ½Δt times A = ∂(H_p)/∂q and H_qq, with the jets of the positions.
   void Matrices(const double* p) {
-    const int matrix = m_ * m_;
-    for (int i = 0; i < matrix; ++i) {
-      Put(hn::Zero(Tag()), tangent_, i);
-      Put(hn::Zero(Tag()), hessian_, i);
-    }
-    const auto add = [&](double* to, int a, int b, int i, int j, Vector value) {
-      const int place = (b * d + j) * m_ + a * d + i;
-      Put(hn::Add(At(to, place), value), to, place);
+    const auto place = [&](int a, int b, int i, int j) { return (b * d + j) * m_ + a * d + i; };
+    const auto add = [&](double* to, int a, int i, int j, Vector value) {
+      Put(hn::Add(At(to, place(a, a, i, j)), value), to, place(a, a, i, j));
     };
+    for (int a = 0; a < n_; ++a)
+      for (int i = 0; i < d * d; ++i) {
+        Put(hn::Zero(Tag()), tangent_, place(a, a, i / d, i % d));
+        Put(hn::Zero(Tag()), hessian_, place(a, a, i / d, i % d));
+      }
     for (int b = 0; b < n_; ++b)
       for (int a = 0; a < b; ++a) {
         Vector g[d];
@@ -463,17 +508,17 @@ class LaneShooter {
           for (int j = 0; j < d; ++j) {
             const Vector of_b = hn::Mul(At(p, b * d + i), g[j]);
             const Vector of_a = hn::Neg(hn::Mul(At(p, a * d + i), g[j]));
-            add(tangent_, a, a, i, j, of_b);
-            add(tangent_, a, b, i, j, hn::Neg(of_b));
-            add(tangent_, b, b, i, j, of_a);
-            add(tangent_, b, a, i, j, hn::Neg(of_a));
+            add(tangent_, a, i, j, of_b);
+            Put(hn::Neg(of_b), tangent_, place(a, b, i, j));
+            add(tangent_, b, i, j, of_a);
+            Put(hn::Neg(of_a), tangent_, place(b, a, i, j));
             Vector bend = hn::Mul(weight, hn::Mul(g[i], g[j]));
             if (i == j) bend = hn::Add(bend, first);
             bend = hn::Mul(bend, product);
-            add(hessian_, a, a, i, j, bend);
-            add(hessian_, b, b, i, j, bend);
-            add(hessian_, a, b, i, j, hn::Neg(bend));
-            add(hessian_, b, a, i, j, hn::Neg(bend));
+            add(hessian_, a, i, j, bend);
+            add(hessian_, b, i, j, bend);
+            Put(hn::Neg(bend), hessian_, place(a, b, i, j));
+            Put(hn::Neg(bend), hessian_, place(b, a, i, j));
           }
       }
   }
@@ -481,15 +526,27 @@ class LaneShooter {
   // to += (½Δt K ⊗ I) from
   void AddVelocities(const double* from, double* to) const {
     for (int r = 0; r < g_.rows; ++r)
-      for (int a = 0; a < n_; ++a) {
-        Vector sum[d];
-        for (int e = 0; e < d; ++e) sum[e] = At(to, r * m_ + a * d + e);
-        for (int b = 0; b < n_; ++b) {
-          const Vector k = At(value_, a * n_ + b);
-          for (int e = 0; e < d; ++e) sum[e] = hn::MulAdd(k, At(from, r * m_ + b * d + e), sum[e]);
-        }
-        for (int e = 0; e < d; ++e) Put(sum[e], to, r * m_ + a * d + e);
+      for (int a = 0; a < n_;)
+        a += a + 4 <= n_ ? AddVelocitiesOf<4>(r, a, from, to) : AddVelocitiesOf<1>(r, a, from, to);
+  }
+
+  // Of kTall landmarks. @return kTall
+  template <int kTall>
+  HWY_INLINE int AddVelocitiesOf(int r, int a, const double* from, double* to) const {
+    Vector sum[kTall][d];
+    for (int t = 0; t < kTall; ++t)
+      for (int e = 0; e < d; ++e) sum[t][e] = At(to, r * m_ + (a + t) * d + e);
+    for (int b = 0; b < n_; ++b) {
+      Vector of_b[d];
+      for (int e = 0; e < d; ++e) of_b[e] = At(from, r * m_ + b * d + e);
+      for (int t = 0; t < kTall; ++t) {
+        const Vector k = At(value_, b * n_ + a + t);  // symmetric
+        for (int e = 0; e < d; ++e) sum[t][e] = hn::MulAdd(k, of_b[e], sum[t][e]);
       }
+    }
+    for (int t = 0; t < kTall; ++t)
+      for (int e = 0; e < d; ++e) Put(sum[t][e], to, r * m_ + (a + t) * d + e);
+    return kTall;
   }
 
   void TransposeTangent() {

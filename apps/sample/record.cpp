@@ -22,10 +22,16 @@ using Eigen::Index;
 using Json = nlohmann::ordered_json;
 using records::defined_or_null;
 
-std::vector<inference::DrawSummary> summaries(const inference::PosteriorDraws& draws, const Eigen::MatrixXd& rows) {
+// The error of a mean knows, as that of the evidence, how far what confirms the chains is from it: chains that came to
+// a part of the posterior hardly, or not, do not show it. @param differences [path] of the confirmation, or none
+std::vector<inference::DrawSummary> summaries(const inference::PosteriorDraws& draws, const Eigen::MatrixXd& rows,
+                                              const std::vector<Eigen::VectorXd>& differences, std::size_t path) {
   std::vector<inference::DrawSummary> all(static_cast<std::size_t>(rows.rows()));
-  parallel_for(static_cast<int>(rows.rows()),
-               [&](int i) { all[static_cast<std::size_t>(i)] = inference::summarise(draws.by_chain(rows.row(i))); });
+  parallel_for(static_cast<int>(rows.rows()), [&](int i) {
+    inference::DrawSummary& numbers = all[static_cast<std::size_t>(i)];
+    numbers = inference::summarise(draws.by_chain(rows.row(i)));
+    if (path < differences.size()) numbers.mcse = std::hypot(numbers.mcse, differences[path][i]);
+  });
   return all;
 }
 
@@ -119,9 +125,14 @@ std::string node_name(const inference::PosteriorProblem& problem, std::size_t br
 
 PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws) {
   PosteriorSummary summary;
-  for (std::size_t j = 0; j < draws.names.size(); ++j)
-    summary.parameters.push_back(
-        {draws.names[j], inference::summarise(draws.by_chain(draws.parameters.row(static_cast<Index>(j))))});
+  const inference::Confirmation& confirmation = draws.confirmation;
+  for (std::size_t j = 0; j < draws.names.size(); ++j) {
+    const auto row = static_cast<Index>(j);
+    inference::DrawSummary numbers = inference::summarise(draws.by_chain(draws.parameters.row(row)));
+    if (confirmation.parameters.size() > row)
+      numbers.mcse = std::hypot(numbers.mcse, numbers.mean * confirmation.parameters[row]);
+    summary.parameters.push_back({draws.names[j], numbers});
+  }
   summary.parameters.push_back(
       {"log_likelihood", inference::summarise(draws.by_chain(draws.log_likelihood.transpose()))});
   const auto consider = [&](const inference::DrawSummary& numbers, const std::string& name, double& rhat, double& ess) {
@@ -137,19 +148,18 @@ PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws) {
   double unused_rhat = 0, unused_ess = INFINITY;
   for (const NamedSummary& parameter : summary.parameters)
     consider(parameter.numbers, parameter.name, unused_rhat, unused_ess);
-  for (const Eigen::MatrixXd& momenta : draws.momenta) {
-    summary.momenta.push_back(summaries(draws, momenta));
+  for (std::size_t s = 0; s < draws.momenta.size(); ++s) {
+    summary.momenta.push_back(summaries(draws, draws.momenta[s], confirmation.momenta, s));
     for (const inference::DrawSummary& numbers : summary.momenta.back())
       consider(numbers, "momenta", summary.momenta_rhat_max, summary.momenta_ess_min);
   }
   for (std::size_t s = 0; s < draws.ends.size(); ++s) {
-    summary.middles.push_back(summaries(draws, draws.middles[s]));
-    summary.ends.push_back(summaries(draws, draws.ends[s]));
+    summary.middles.push_back(summaries(draws, draws.middles[s], confirmation.middles, s));
+    summary.ends.push_back(summaries(draws, draws.ends[s], confirmation.ends, s));
     for (const auto* of_path : {&summary.middles.back(), &summary.ends.back()})
       for (const inference::DrawSummary& numbers : *of_path)
         consider(numbers, "paths", summary.rhat_max, summary.ess_min);
   }
-  const inference::Confirmation& confirmation = draws.confirmation;
   const bool is_confirmed = confirmation.by != inference::Confirmation::By::kNothing;
   summary.refuted = is_confirmed && !confirmation.agrees;
   summary.heavy_tail = !is_confirmed && draws.powers.empty() &&

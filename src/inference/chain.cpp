@@ -98,7 +98,7 @@ std::vector<ChainPoint> Chain::seen_here(const ThetaPoint& theta, const std::vec
     ChainPoint& point = made[i];
     const std::size_t kind = kFirstTheta + kKindsOfSpecimen * (i + 1);
     const std::uint64_t iteration = kExchangeIterations + iteration_;
-    point.weight = log_weight_of(setting_, i, theta, power_, point.z, point.shot);
+    point.weight = log_weight_of(setting_, i, theta, power_, point.component, point.z, point.shot);
     point.component = drawn_component(point.weight.responsibilities.array().log(),
                                       normal_probability(drawn(setting_.seed, number_, iteration, kind, 1)[0]));
     const LinearAt& linear = theta.linear[i][point.component];
@@ -163,7 +163,7 @@ std::optional<ChainPoint> Chain::point(std::size_t specimen, const ThetaPoint& t
   if (!shot) return std::nullopt;
   at.shot = std::move(*shot);
   if (power_ == 0 || (passing && setting_.move.fits_data)) return at;
-  at.weight = log_weight_of(setting_, specimen, theta, power_, at.z, at.shot);
+  at.weight = log_weight_of(setting_, specimen, theta, power_, component, at.z, at.shot);
   if (!std::isfinite(at.weight.value)) return std::nullopt;
   return at;
 }
@@ -283,7 +283,7 @@ void Chain::jump(std::size_t specimen, bool adapting) {
   ++evaluations_;
   if (!shot) return;
   next.shot = std::move(*shot);
-  next.weight = log_weight_of(setting_, specimen, theta_, power_, next.z, next.shot);
+  next.weight = log_weight_of(setting_, specimen, theta_, power_, next.component, next.z, next.shot);
   if (!std::isfinite(next.weight.value)) return;
   here = std::move(next);
   if (adapting) ++jumped_;

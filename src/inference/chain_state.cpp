@@ -43,7 +43,8 @@ void Chain::read(StateReader& from) {
     auto shot = specimen.shoot(theta_.models[i], point.z);
     require(shot.has_value());
     point.shot = std::move(*shot);
-    point.weight = power_ == 0 ? LogWeight() : log_weight_of(setting_, i, theta_, power_, point.z, point.shot);
+    point.weight =
+        power_ == 0 ? LogWeight() : log_weight_of(setting_, i, theta_, power_, point.component, point.z, point.shot);
   }
   pass_counts(from, *this);
 }

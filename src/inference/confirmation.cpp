@@ -9,6 +9,7 @@
 namespace pulson::inference {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
@@ -31,10 +32,14 @@ class Comparison {
     note(found_.difference, std::hypot(own.standard_error, log_evidence.standard_error), "the evidence");
   }
 
-  void compare(const Eigen::Ref<const RowVectorXd>& row, const Estimate& other, const std::string& name) {
+  /// @return the difference of the means
+  double compare(const Eigen::Ref<const RowVectorXd>& row, const Estimate& other, const std::string& name) {
     const DrawSummary own = summarise(draws_.by_chain(row));
     note(own.mean - other.value, std::hypot(own.mcse, other.standard_error), name);
+    return own.mean - other.value;
   }
+
+  Confirmation& found() { return found_; }
 
   Confirmation take() && {
     found_.furthest_allowed = -normal_quantile(0.5 * kByChance / count_);
@@ -71,40 +76,49 @@ bool is_of_use(const PosteriorDraws& tempered) {
 
 Confirmation confirmed_by(const ImportanceEstimate& other, const ChainSetting& setting, const PosteriorDraws& draws) {
   Comparison comparison(draws, Confirmation::By::kImportance, other.log_evidence);
+  Confirmation& found = comparison.found();
   auto number = other.numbers.begin();
+  const auto differences = [&](const MatrixXd& rows, const std::string& name) {
+    VectorXd all(rows.rows());
+    for (Index i = 0; i < rows.rows(); ++i) all[i] = comparison.compare(rows.row(i), *number++, name);
+    return all;
+  };
+  found.parameters.resize(setting.space.count());
   for (Index j = 0; j < setting.space.count(); ++j) {
     const ParameterPrior& prior = setting.space.priors()[static_cast<std::size_t>(j)];
     const RowVectorXd phi = (draws.parameters.row(j).array() / prior.median).log() / prior.log_deviation;
-    comparison.compare(phi, *number++, prior.name);
+    found.parameters[j] = prior.log_deviation * comparison.compare(phi, *number++, prior.name);
   }
-  std::size_t path = 0;
+  std::size_t first = 0;
   for (const Specimen& specimen : setting.specimens) {
-    if (specimen.momentum_unknowns() > 0)
-      for (Index i = 0; i < draws.momenta[path].rows(); ++i)
-        comparison.compare(draws.momenta[path].row(i), *number++, "momenta");
-    const std::size_t first = path, count = specimen.branches().size();
-    for (const auto* of_paths : {&draws.ends, &draws.middles})
-      for (path = first; path < first + count; ++path)
-        for (Index i = 0; i < (*of_paths)[path].rows(); ++i)
-          comparison.compare((*of_paths)[path].row(i), *number++, "paths");
+    if (specimen.momentum_unknowns() > 0) found.momenta.push_back(differences(draws.momenta[first], "momenta"));
+    const std::size_t count = specimen.branches().size();
+    for (std::size_t path = first; path < first + count; ++path)
+      found.ends.push_back(differences(draws.ends[path], "paths"));
+    for (std::size_t path = first; path < first + count; ++path)
+      found.middles.push_back(differences(draws.middles[path], "paths"));
+    first += count;
   }
   return std::move(comparison).take();
 }
 
 Confirmation confirmed_by(const PosteriorDraws& tempered, const PosteriorDraws& draws) {
   Comparison comparison(draws, Confirmation::By::kTempering, tempered.log_evidence);
-  const auto compare_rows = [&](const Eigen::MatrixXd& rows, const Eigen::MatrixXd& others, const std::string& name) {
+  Confirmation& found = comparison.found();
+  const auto differences = [&](const MatrixXd& rows, const MatrixXd& others, const std::string& name) {
+    VectorXd all(rows.rows());
     for (Index i = 0; i < rows.rows(); ++i) {
       const DrawSummary other = summarise(tempered.by_chain(others.row(i)));
-      comparison.compare(rows.row(i), {other.mean, other.mcse}, name);
+      all[i] = comparison.compare(rows.row(i), {other.mean, other.mcse}, name);
     }
+    return all;
   };
-  compare_rows(draws.parameters.array().log(), tempered.parameters.array().log(), "parameters");
+  found.parameters = differences(draws.parameters.array().log(), tempered.parameters.array().log(), "parameters");
   for (std::size_t path = 0; path < draws.momenta.size(); ++path)
-    compare_rows(draws.momenta[path], tempered.momenta[path], "momenta");
+    found.momenta.push_back(differences(draws.momenta[path], tempered.momenta[path], "momenta"));
   for (std::size_t path = 0; path < draws.ends.size(); ++path) {
-    compare_rows(draws.ends[path], tempered.ends[path], "paths");
-    compare_rows(draws.middles[path], tempered.middles[path], "paths");
+    found.ends.push_back(differences(draws.ends[path], tempered.ends[path], "paths"));
+    found.middles.push_back(differences(draws.middles[path], tempered.middles[path], "paths"));
   }
   return std::move(comparison).take();
 }

@@ -86,14 +86,15 @@ LogMixture log_mixture_of(const ChainSetting& setting, std::size_t specimen, con
 }
 
 LogWeight log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
-                        const VectorXd& z, const Specimen::Shot& shot) {
+                        std::size_t component, const VectorXd& z, const Specimen::Shot& shot) {
   const std::vector<LinearAt>& linear = theta.linear[specimen];
   LogWeight weight;
   LogMixture mixture = log_mixture_of(setting, specimen, theta, power, z, setting.move.fits_data ? 1 : 0);
   if (setting.move.fits_data) {
     const posterior::ShotBatch shots(setting.specimens[specimen], theta.models[specimen], &linear.front());
-    mixture.join(setting.reference.log_weights[specimen][0] +
-                 fitted_log_densities(shots, linear.front(), z, shot.residual)[0]);
+    if (component == 0 || are_fitted_draws(shots, linear.front(), z, shot.residual, kFitted).front() != 0)
+      mixture.join(setting.reference.log_weights[specimen][0] +
+                   fitted_log_densities(shots, linear.front(), z, shot.residual)[0]);
     const VectorXd lacks = shot.residual - linear.front().apply(z);
     weight.kicked = -0.5 * lacks.dot(linear.front().solve(lacks));
   }
@@ -163,12 +164,23 @@ SpecimenDraws specimen_draws(const ChainSetting& setting, std::size_t s, const T
   std::vector<Index> with_path;
   for (Index i = 0; i < count; ++i)
     if (found[static_cast<std::size_t>(i)] != 0 && log_likelihoods[i] > kNoPath) with_path.push_back(i);
-  VectorXd densities;
+  VectorXd densities;  // of fitted draws
   if (setting.move.fits_data && !with_path.empty()) {
     MatrixXd residuals(specimen.data(), std::ssize(with_path));
     for (std::size_t j = 0; j < with_path.size(); ++j)
       residuals.col(static_cast<Index>(j)) = specimen.residual(theta.models[s], draws.ends.positions.col(with_path[j]));
     densities = fitted_log_densities(shots, linear.front(), draws.z(Eigen::all, with_path), residuals);
+    std::vector<Index> others;  // of those with a path
+    for (std::size_t j = 0; j < with_path.size(); ++j)
+      if (!setting.is_fitted(draws.components[static_cast<std::size_t>(with_path[j])]))
+        others.push_back(static_cast<Index>(j));
+    if (!others.empty()) {
+      const MatrixXd z = draws.z(Eigen::all, with_path);
+      const std::vector<char> are =
+          are_fitted_draws(shots, linear.front(), z(Eigen::all, others), residuals(Eigen::all, others), kFitted);
+      for (std::size_t j = 0; j < others.size(); ++j)
+        if (are[j] == 0) densities[others[j]] = kNoPath;
+    }
   }
   for (std::size_t j = 0; j < with_path.size(); ++j) {
     const Index i = with_path[j];

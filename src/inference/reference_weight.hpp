@@ -49,8 +49,9 @@ struct LogWeight {
   Eigen::VectorXd responsibilities;        ///< of the components
   std::vector<Eigen::VectorXd> residuals;  ///< of the linear models of the modes, Jz + c
 };
+/// @param component of which z was drawn: where draws fit their data the law of the first is not that of all z
 LogWeight log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
-                        const Eigen::VectorXd& z, const Specimen::Shot& shot);
+                        std::size_t component, const Eigen::VectorXd& z, const Specimen::Shot& shot);
 
 /// log Σ_c a_c g_c(z | θ), of linear models, relative to N(z; 0, I), and what LogWeight has of them. @param first the
 /// component from which the sum begins

@@ -22,6 +22,7 @@ constexpr int kMostChords = 40, kMostNewton = 20;
 constexpr double kLeastPart = 1.0 / 64;
 constexpr std::size_t kDrawWindow = 3;  // secants: as many as the bends of a path have directions that matter
 constexpr double kFarther = 1e3;        // than before: chord iterations that lead away do not come back
+constexpr double kSame = 10;            // accuracies between two ends of a search at one draw
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The search for all draws.
@@ -168,6 +169,20 @@ VectorXd fitted_log_densities(const ShotBatch& shots, const LinearAt& linear, co
                    linear.half_log_determinant() + lu.matrixLU().diagonal().array().abs().log().sum();
   }
   return densities;
+}
+
+// With ζ = η and ε = 0 the search is that of all (ζ, ε) of this η: it begins at the same z, and takes the same steps.
+std::vector<char> are_fitted_draws(const ShotBatch& shots, const LinearAt& linear, const MatrixXd& z,
+                                   const MatrixXd& residuals, double accuracy) {
+  MatrixXd normals = MatrixXd::Zero(z.rows() + residuals.rows(), z.cols());
+  for (Index l = 0; l < z.cols(); ++l) normals.col(l).head(z.rows()) = z.col(l) + linear.transposed(residuals.col(l));
+  FittedDraws draws = fitted_draws(shots, linear, normals, accuracy);
+  for (Index l = 0; l < z.cols(); ++l) {
+    const double apart =
+        std::hypot((draws.z.col(l) - z.col(l)).norm(), (draws.residuals.col(l) - residuals.col(l)).norm());
+    if (!(apart <= kSame * accuracy)) draws.found[static_cast<std::size_t>(l)] = 0;
+  }
+  return std::move(draws.found);
 }
 
 // By z it is −(J(z) − J)ᵀS⁻¹b.

@@ -31,9 +31,16 @@ FittedDraws fitted_draws(const ShotBatch& shots, const LinearAt& linear, const E
 ///
 ///     N(η; 0, I + JᵀJ) |det(I + J(z)Jᵀ)| / N(z; 0, I),   η = z + Jᵀr(z);
 ///
-/// NaN where there is no path.
+/// where are_fitted_draws(); NaN where there is no path.
 Eigen::VectorXd fitted_log_densities(const ShotBatch& shots, const LinearAt& linear, const Eigen::MatrixXd& z,
                                      const Eigen::MatrixXd& residuals);
+
+/// Whether z, a column each, are draws: whether the search for the draw of η = z + Jᵀr(z), on which alone it depends,
+/// ends there. Where the path bends strongly several z have the same η; the search finds one of them, and the density
+/// of draws is 0 at the others.
+/// @param residuals r(z) @param accuracy of the search, as of fitted_draws()
+std::vector<char> are_fitted_draws(const ShotBatch& shots, const LinearAt& linear, const Eigen::MatrixXd& z,
+                                   const Eigen::MatrixXd& residuals, double accuracy);
 
 /// About the derivative by (ζ, ε) of the logarithm of N(z; 0, I) p(y | z) over this density: of −½ bᵀS⁻¹b, b = r(z) −
 /// Jz, which is that but for the determinant, with dz as the linear model has it. It takes one adjoint.

@@ -123,9 +123,11 @@ struct SamplerOptions {
 /// What an estimate that shares nothing with the chains but the model says of them.
 struct Confirmation {
   enum class By { kNothing, kImportance, kTempering };
-  By by = By::kNothing;         ///< kNothing: neither weighted draws nor tempered chains of the same cost determine it
-  Estimate log_evidence{};      ///< log p(y) of it
-  double difference = 0;        ///< log p(y) of the chains, less that
+  By by = By::kNothing;        ///< kNothing: neither weighted draws nor tempered chains of the same cost determine it
+  Estimate log_evidence{};     ///< log p(y) of it
+  double difference = 0;       ///< log p(y) of the chains, less that
+  Eigen::VectorXd parameters;  ///< of the mean of log θ, the same difference; empty with kNothing, as these:
+  std::vector<Eigen::VectorXd> momenta, ends, middles;  ///< [path] of the means of p0, q(T) and q(T/2)
   double furthest = 0;          ///< the greatest difference of evidence, θ and paths, in standard errors
   double furthest_allowed = 0;  ///< exceeded by chance once in 500
   std::string furthest_of;

@@ -28,10 +28,12 @@ std::vector<Points> momenta_of_halves(const DiscretePath& path) {
 }
 
 // Whether the same path in twice as many steps has the same energy, Σ p·δq − Δt ½ p·A(q̄)p at the greatest, of which
-// interpolated momenta are next to. Too few steps to tell are not refined.
+// interpolated momenta are next to. Too few steps to tell are not refined, nor are paths on a line whose landmarks keep
+// their velocities: these pass each other elsewhere than at the nodes, and the search in twice as many steps would
+// begin far off.
 bool is_accurate(const MatchingProblem& problem, const PathSolution& solution) {
   const DiscretePath& path = solution.path;
-  if (path.grid.steps < 3) return true;
+  if (path.grid.steps < 3 || path.keeps_velocities) return true;
   const EffectiveHamiltonian system(problem.system, problem.lambda);
   const std::vector<Points> nodes = resampled(path.nodes, 2 * path.grid.steps);
   const std::vector<Points> momenta = momenta_of_halves(path);

@@ -58,6 +58,10 @@ bool sweeps_along_line(const KernelOperator& kernel, const NoiseCometric& noise,
          q.allFinite();
 }
 
+bool moves_each_along_line(const KernelOperator& kernel, const NoiseCometric& noise, const Points& q) {
+  return sweeps_along_line(kernel, noise, q) && noise.matrix.nonZeros() == q.cols();
+}
+
 double regularisation(const KernelOperator& kernel) { return kRegularisation * kernel.at_zero(); }
 
 NoiseCometric noise_cometric(const NoiseModel& noise, const Points& q) {

@@ -67,12 +67,18 @@ std::optional<DiscretePath> along(const EffectiveHamiltonian& system, const Time
   std::vector<std::optional<Cometric>> cometrics(steps);
   std::vector<char> regular(steps);
   DiscretePath path{grid, std::move(nodes), std::vector<PhaseState>(steps), {}, std::vector<MatrixXd>(steps), 0};
+  path.keeps_velocities = moves_each_along_line(system.system().kernel, constant, path.nodes.front());
   parallel_for(grid.steps, [&](int step) {
     const auto k = static_cast<std::size_t>(step);
     const Points middle = 0.5 * (path.nodes[k] + path.nodes[k + 1]);
     cometrics[k].emplace(system.system().kernel, varies ? noise_cometric(noise, middle) : constant, system.lambda(),
                          middle);
     path.middles[k] = {middle, cometrics[k]->solve((path.nodes[k + 1] - path.nodes[k]) / grid.dt())};
+    if (path.keeps_velocities) {
+      path.gradients[k] = MatrixXd::Zero(1, middle.cols());
+      regular[k] = cometrics[k]->is_regular();
+      return;
+    }
     path.gradients[k] = field_gradients(system, path.middles[k]);
     regular[k] = cometrics[k]->is_regular() &&
                  least_determinant(path.gradients[k], grid.dt(), middle.rows()) > kLeastDeterminant;

@@ -29,8 +29,13 @@ struct DiscretePath {
   std::vector<Points> nodes;               ///< K + 1, d×N
   std::vector<PhaseState> middles;         ///< K: q̄_k, p_k
   std::vector<Cometric> cometrics;         ///< K
-  std::vector<Eigen::MatrixXd> gradients;  ///< K: ∂v/∂x of its fields at the landmarks, see discrete_path.cpp
+  std::vector<Eigen::MatrixXd> gradients;  ///< K: ∂v/∂x of its fields at the landmarks, see discrete_path.cpp; or 0
   double energy = 0;                       ///< Σ Δt H_tot
+
+  /// Whether a model of it lets landmarks keep their velocities where they move, rather than the fields: on a line
+  /// where many have noise of their own. Where they change their order, slopes of the fields are greater than steps
+  /// resolve.
+  bool keeps_velocities = false;
 
   const Points& end() const { return nodes.back(); }
 };

@@ -19,9 +19,7 @@
 #include <optional>
 #include <utility>
 
-#include <fmt/format.h>
-
-#include "noise/models.hpp"
+#include "noise_homotopy.hpp"
 #include "path_starts.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
@@ -94,23 +92,6 @@ MatchingProblem without_noise(MatchingProblem problem) {
   return problem;
 }
 
-// The mean of λΣ_i h_i,p² over coordinates, what the noise adds to K(0).
-double added_by_noise(const MatchingProblem& problem) {
-  const NoiseCometric cometric = noise_cometric(*problem.system.noise, problem.source);
-  return problem.lambda * cometric.matrix.diagonal().mean();
-}
-
-// With noise on every landmark besides, λβ² = `more`.
-MatchingProblem with_more_noise(MatchingProblem problem, double more) {
-  if (more <= 0) return problem;
-  const auto each = make_noise(fmt::format("ch-sd:beta={:.17g}", std::sqrt(more / problem.lambda)));
-  const NoiseModel& noise = *problem.system.noise;
-  const bool is_noisy =
-      noise.channels(static_cast<int>(problem.source.rows()), static_cast<int>(problem.source.cols())) > 0;
-  problem.system.noise = is_noisy ? sum_of_noises({problem.system.noise, each}) : each;
-  return problem;
-}
-
 class GlobalSearch {
  public:
   GlobalSearch(const MatchingProblem& problem, const MinimiseOptions& options, Finish finish)
@@ -134,8 +115,11 @@ class GlobalSearch {
   }
 
  private:
-  // Landmarks on a line keep their order without noise, and curves have no targets to go to.
+  // Landmarks on a line keep their order without noise, and curves have no targets to go to. Many on a line have been
+  // followed from where there is one minimum already.
   bool has_several() const {
+    const NoiseCometric noise = noise_cometric(*problem_.system.noise, problem_.source);
+    if (moves_each_along_line(problem_.system.kernel, noise, problem_.source)) return false;
     return problem_.data->landmarks() != nullptr &&
            (problem_.source.rows() > 1 || problem_.system.noise->traits().moves_positions());
   }

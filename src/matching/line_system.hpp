@@ -2,6 +2,8 @@
 
 #include <vector>
 
+#include <Eigen/Cholesky>
+
 #include "pulson/kernels/kernel_operator.hpp"
 
 namespace pulson::matching {
@@ -11,34 +13,39 @@ namespace pulson::matching {
 ///
 /// The fields of all steps together are one process along the line, of n·m numbers (see LineCovariance), which a
 /// landmark observes as their sum: a Kalman filter over the landmarks, from left to right, factorises the matrix
-/// exactly. That takes an order that all steps share. Where landmarks change their order, each step's places are put in
-/// ascending order, and the filter is of a matrix nearby.
+/// exactly. That takes an order that all steps share. Landmarks that break it, as few as bring the others into one
+/// order, are solved for by their Schur complement: with M of them, in O(NM(n m)) + O(M³), and O(NM) memory.
 class LineSystem {
  public:
   /// @param places x, N×n @param weights diagonals of W, N×n @param noise diagonal of R, positive
   LineSystem(const KernelTerm& term, const Eigen::MatrixXd& places, const Eigen::MatrixXd& weights,
              const Eigen::VectorXd& noise);
 
-  /// Whether all steps share one order.
-  bool is_exact() const { return exact_; }
+  /// How many landmarks break the order.
+  Eigen::Index movers() const { return static_cast<Eigen::Index>(movers_.size()); }
 
-  /// v ← M⁻¹v, M the matrix of the filter.
+  /// v ← M⁻¹v, M the matrix.
   void solve_in_place(Eigen::VectorXd& v) const;
 
  private:
   void arrange(const KernelTerm& term, const Eigen::MatrixXd& places);
+  void complement(const KernelTerm& term, const Eigen::MatrixXd& places, const Eigen::MatrixXd& weights,
+                  const Eigen::VectorXd& noise);
   template <int S>
   void filter(double weight, const Eigen::MatrixXd& weights, const Eigen::VectorXd& noise);
+  void solve_ordered(Eigen::Ref<Eigen::MatrixXd> v) const;  ///< rows of order_
   template <int S>
-  void solve_with(Eigen::VectorXd& v) const;
+  void solve_with(Eigen::Ref<Eigen::MatrixXd> v) const;
 
-  std::vector<Eigen::Index> order_;  ///< landmarks from left to right
-  Eigen::MatrixXd gaps_, decays_;    ///< n×N, before each landmark of this order: h, and exp(−h)
-  Eigen::MatrixXd weights_;          ///< n×N
-  Eigen::VectorXd variances_;        ///< of innovations
-  Eigen::MatrixXd gains_;            ///< of the filter, n·m×N
+  std::vector<Eigen::Index> order_;   ///< landmarks from left to right, but those that break it
+  std::vector<Eigen::Index> movers_;  ///< these
+  Eigen::MatrixXd gaps_, decays_;     ///< n×N, before each landmark of this order: h, and exp(−h)
+  Eigen::MatrixXd weights_;           ///< n×N
+  Eigen::VectorXd variances_;         ///< of innovations
+  Eigen::MatrixXd gains_;             ///< of the filter, n·m×N
+  Eigen::MatrixXd solved_;            ///< of the columns of movers, what the filter makes of their rows in order_
+  Eigen::LLT<Eigen::MatrixXd> schur_;
   int moments_;
-  bool exact_ = true;
 };
 
 }  // namespace pulson::matching

@@ -13,9 +13,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Block = LandmarkBlock;
 
-// Of solutions by conjugate gradients, in the norm of S⁻¹: beyond it CG over paths sees no error of its preconditioner.
-constexpr double kLineAccuracy = 1e-10;
-constexpr int kMostLineProducts = 200;
+// Of a feedback by conjugate gradients.
+constexpr int kMostFeedbackProducts = 200;
 
 }  // namespace
 
@@ -169,7 +168,7 @@ VectorXd PathModel::weighed(const VectorXd& r) const {
   return weight_ * MatrixXd(root.transpose() * half).reshaped();
 }
 
-VectorXd PathModel::nearly_solved(const VectorXd& r) const {
+VectorXd PathModel::system_solve(const VectorXd& r) const {
   if (line_) {
     VectorXd solved = r;
     line_->solve_in_place(solved);
@@ -180,23 +179,19 @@ VectorXd PathModel::nearly_solved(const VectorXd& r) const {
   return solved;
 }
 
-VectorXd PathModel::system_solve(const VectorXd& r) const {
-  return line_ && !line_->is_exact() ? solved_iteratively(0, r, kLineAccuracy) : nearly_solved(r);
-}
-
-// S_k⁻¹r by conjugate gradients, preconditioned by what is factorised, to an accuracy relative in the norm of S⁻¹.
+// S_k⁻¹r by conjugate gradients, preconditioned by S, to an accuracy relative in the norm of S⁻¹.
 VectorXd PathModel::solved_iteratively(std::size_t k, const VectorXd& r, double accuracy) const {
   VectorXd residual = r;
   VectorXd answer = VectorXd::Zero(residual.size());
-  VectorXd along = nearly_solved(residual);
+  VectorXd along = system_solve(residual);
   double squared = residual.dot(along);
   const double enough = accuracy * accuracy * squared;
-  for (int i = 0; squared > enough && i < kMostLineProducts; ++i) {
+  for (int i = 0; squared > enough && i < kMostFeedbackProducts; ++i) {
     const VectorXd product = system_product(k, along);
     const double length = squared / along.dot(product);
     answer += length * along;
     residual -= length * product;
-    const VectorXd solved = nearly_solved(residual);
+    const VectorXd solved = system_solve(residual);
     const double before = squared;
     squared = residual.dot(solved);
     along = solved + (squared / before) * along;

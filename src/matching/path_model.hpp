@@ -72,7 +72,6 @@ class PathModel {
   Eigen::VectorXd weighed(const Eigen::VectorXd& r) const;                      ///< N⁻¹r
   Eigen::VectorXd system_solve(const Eigen::VectorXd& r) const;                 ///< S⁻¹r
   Eigen::VectorXd solved_iteratively(std::size_t k, const Eigen::VectorXd& r, double accuracy) const;
-  Eigen::VectorXd nearly_solved(const Eigen::VectorXd& r) const;                  ///< by what is factorised
   Eigen::VectorXd system_product(std::size_t k, const Eigen::VectorXd& r) const;  ///< S_k r
   PathDirection swept(const NodeCovector& covector, const Points& at_end, std::size_t first,
                       const Points& deviation) const;

@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "noise_homotopy.hpp"
 #include "path_curvature.hpp"
 #include "path_equations.hpp"
 #include "path_model.hpp"
@@ -44,6 +45,9 @@ constexpr int kMostProducts = 40;
 // a Gauss–Newton model, these.
 constexpr int kMostPolish = 10;
 constexpr const char* kFlat = "the gradient vanishes";
+// Where landmarks on a line change their order, J bends wherever two of them meet in the middle of a step, and the
+// gradient hardly vanishes: then the search ends where so many iterations lower J by less than the tolerance.
+constexpr std::size_t kSettlingIterations = 8;
 // Twice as many landmarks begin at what is found for these.
 constexpr Index kFewLandmarks = 150;
 // How far the start is disturbed, in parts of the diameter. Symmetric paths may end at saddles, which are left, but
@@ -190,6 +194,8 @@ class PathSearch {
       }
       if (problem_.lambda * total < kNoCost)
         stop(true, "the cost vanishes");
+      else if (has_settled(total))
+        stop(true, "the cost has settled");
       else if (is_flat() && (++flat_ > kMostPolish || is_enough()))
         stop(true, kFlat);
       else if (iterations_ >= options_.max_iterations)
@@ -197,6 +203,13 @@ class PathSearch {
       if (radius_ < 0) radius_ = std::sqrt(slope_);
       return !reason_.empty();
     }
+  }
+
+  bool has_settled(double total) {
+    if (!path_.keeps_velocities || is_flat() || sigma_inflation_ > 1) return false;
+    costs_.push_back(total);
+    return costs_.size() > kSettlingIterations &&
+           costs_[costs_.size() - 1 - kSettlingIterations] - total < options_.gradient_tolerance * total;
   }
 
   struct Step {
@@ -251,6 +264,7 @@ class PathSearch {
   // would cost more than `tolerance`, the rest of the step is changed to what is best from there.
   std::optional<DiscretePath> moved(PathDirection direction, double tolerance) {
     ++evaluations_;
+    if (path_.keeps_velocities) return moved_nodes(direction);
     StepFields fields = fields_of(system_, path_);
     std::vector<Points> nodes{path_.nodes.front()};
     for (std::size_t k = 0; k < fields.momenta.size(); ++k) {
@@ -265,6 +279,12 @@ class PathSearch {
       if (!next) return std::nullopt;
       nodes.push_back(std::move(*next));
     }
+    return measured(std::move(nodes));
+  }
+
+  std::optional<DiscretePath> moved_nodes(const PathDirection& direction) const {
+    std::vector<Points> nodes = path_.nodes;
+    for (std::size_t k = 0; k < nodes.size(); ++k) nodes[k] += direction.nodes[k];
     return measured(std::move(nodes));
   }
 
@@ -350,6 +370,7 @@ class PathSearch {
   std::optional<PathModel> model_;
   NodeCovector gradient_;
   PathDirection steepest_;
+  std::vector<double> costs_;  ///< of iterations that may settle
   int iterations_ = 0;
   int saddles_ = 0;  ///< left
   int flat_ = 0;     ///< iterations within the tolerance
@@ -410,6 +431,9 @@ PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions&
   check(problem);
   const Points& q0 = problem.source;
   if (!problem.system.noise->traits().moves_positions()) require_distinct(q0);
+  if (start == nullptr && moves_each_along_line(problem.system.kernel, noise_cometric(*problem.system.noise, q0), q0) &&
+      problem.data->value(q0) >= kNoCost)
+    return search_from_much_noise(problem, options, finish);
   if (q0.cols() <= 2 * kFewLandmarks || !can_be_subsampled(problem))
     return PathSearch(problem, options).run(start, finish);
   if (start != nullptr) return search_from(problem, options, *start, finish);

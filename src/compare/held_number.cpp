@@ -24,20 +24,21 @@ HeldNumber::HeldNumber(const CohortModel& cohort, Index held, Matches about)
   keep(start_, std::move(best));
 }
 
-void HeldNumber::visit_all(const VectorXd& rising, double most_below) {
-  const double at_start = at_place(start_)->matches.log_evidence;
-  const auto pass = [&](auto first, auto last) {
-    for (; first != last; ++first) {
-      visit(*first);
-      const Place* there = at_place(*first);
-      if (there == nullptr || there->matches.log_evidence < at_start - most_below) break;
-    }
-  };
+void HeldNumber::visit_all(const VectorXd& rising) {
   const auto middle = std::lower_bound(rising.begin(), rising.end(), start_);
-  pass(middle, rising.end());
-  pass(std::make_reverse_iterator(middle), std::make_reverse_iterator(rising.begin()));
+  std::for_each(middle, rising.end(), [&](double place) { visit(place); });
+  std::for_each(std::make_reverse_iterator(middle), std::make_reverse_iterator(rising.begin()),
+                [&](double place) { visit(place); });
   carry_down(std::prev(known_.end()));
   carry_up(known_.begin());
+}
+
+void HeldNumber::offer(double place, Matches matches) {
+  const Place* known = at_place(place);
+  if (known != nullptr && !(matches.log_evidence > known->matches.log_evidence + kGain)) return;
+  const auto here = keep(place, std::move(matches));
+  carry_down(here);
+  carry_up(here);
 }
 
 void HeldNumber::visit(double place) {

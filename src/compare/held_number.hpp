@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <map>
 #include <optional>
 
@@ -26,8 +25,10 @@ class HeldNumber {
   double start() const { return start_; }
   /// Finds the maximum at a place. Nothing where some shape has no path there.
   void visit(double place);
-  /// The same at several, in order outwards from the start. @param most_below nats below the start: it ends there
-  void visit_all(const Eigen::VectorXd& rising, double most_below = std::numeric_limits<double>::infinity());
+  /// The same at several, in order outwards from the start.
+  void visit_all(const Eigen::VectorXd& rising);
+  /// Matches at a place that were found otherwise, which are kept where they are better.
+  void offer(double place, Matches matches);
   /// Null where nothing was found.
   const Place* at_place(double place) const;
 

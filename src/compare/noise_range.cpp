@@ -4,9 +4,11 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "held_number.hpp"
+#include "number_search.hpp"
 
 namespace pulson::compare {
 namespace {
@@ -19,8 +21,10 @@ using posterior::LinearAt;
 // 6 millionths each.
 constexpr double kDetectable = 100 * kNegligible;
 
-constexpr double kFall = 0.8212;         // ½·1.2816², of a one-sided interval of 90 %
-constexpr int kAmplitudes = 6;           // over the range, on the scale on which the evidence is nearly quadratic
+constexpr double kFall = 0.8212;  // ½·1.2816², of a one-sided interval of 90 %
+// Of what varies, which noise explains at places that are searched, as long as evidence allows: the first and their
+// ratio.
+constexpr double kFirstPart = 0.1, kNextPart = 3;
 constexpr double kHopelesslyBelow = 10;  // nats: a maximum behind such a gap is not looked for
 constexpr double kShareRatio = 1.1;      // to which the share is found, from above,
 constexpr double kNoShare = 1e-3;        // or to this
@@ -38,6 +42,12 @@ double crossing(double low, double fall_low, double high, double fall_high) {
 
 // The place of e^step times the variance.
 double moved(double place, double step) { return std::log1p(std::exp(step) * std::expm1(place)); }
+
+// How many kinds of variance explain what varies at CohortModel::start().
+auto variances(const CohortModel& cohort) {
+  return std::count_if(cohort.open().begin(), cohort.open().end(),
+                       [](const ModelNumber& number) { return number.is_variance(); });
+}
 
 }  // namespace
 
@@ -59,11 +69,20 @@ double greatest_noise_share(const CohortModel& cohort, const Matches& about) {
   for (Index g = 0; g < cohort.count(); ++g) {
     if (cohort.open()[at(g)].kind != ModelNumber::Kind::kAmplitude) continue;
     HeldNumber held(cohort, g, about);
-    std::vector<double> places{0};
-    for (int k = 0; k < kAmplitudes; ++k)
-      places.push_back(cohort.box().most[g] * static_cast<double>(k + 1) / kAmplitudes);
-    held.visit_all(Eigen::Map<const VectorXd>(places.data(), std::ssize(places)), kHopelesslyBelow);
-    places.insert(std::upper_bound(places.begin(), places.end(), held.start()), held.start());
+    std::vector<double> places{held.start()};
+    const double all = static_cast<double>(variances(cohort)) * std::expm1(cohort.start()[g]);
+    for (double part = kFirstPart;; part *= kNextPart) {
+      const double place = std::log1p(part * all);
+      if (place <= held.start()) continue;
+      if (place > cohort.box().most[g]) break;
+      places.push_back(place);
+      held.visit(place);
+      // From the start alone, where the kernel may be as narrow as noise makes it, a better fit is not found.
+      if (std::optional<Matches> anew = find_matches_at(cohort, g, place)) held.offer(place, *std::move(anew));
+      const HeldNumber::Place* found = held.at_place(place);
+      const double of_start = held.at_place(held.start())->matches.log_evidence;
+      if (found == nullptr || found->matches.log_evidence < of_start - kHopelesslyBelow) break;
+    }
     const auto evidence = [&](double place) {
       const HeldNumber::Place* found = held.at_place(place);
       return found == nullptr ? -std::numeric_limits<double>::infinity() : found->matches.log_evidence;

@@ -45,7 +45,12 @@ double distance(const MatrixXd& metric, const VectorXd& x) { return std::sqrt(x.
 
 class Search {
  public:
-  explicit Search(const CohortModel& cohort, const Matches* also = nullptr) : cohort_(cohort), also_(also) {}
+  explicit Search(const CohortModel& cohort, const Matches* also = nullptr)
+      : cohort_(cohort), box_(cohort.box()), also_(also) {}
+  Search(const CohortModel& cohort, Index held, double place) : Search(cohort) {
+    box_.least[held] = box_.most[held] = place;
+    held_ = held;
+  }
 
   Found maximum() {
     Found found{first_matches()};
@@ -56,18 +61,58 @@ class Search {
     }
     found = climbed(best_candidate(candidates(found.about)));
     for (int count = 0; count < kMostImproved && cohort_.improve(found.about); ++count)
-      found = climbed({settled(found.about, cohort_.box(), kTurnsAgain)});
+      found = climbed({settled(found.about, box_, kTurnsAgain)});
     if (found.maximum) {
       std::vector<char> near_bound;
       for (const ModelNumber& number : cohort_.open()) near_bound.push_back(number.is_variance() ? 1 : 0);
-      found.intervals = find_intervals(evidence(found), found.maximum->local, cohort_.box(), near_bound);
+      found.intervals = find_intervals(evidence(found), found.maximum->local, box_, near_bound);
     }
     return found;
   }
 
   Found rough() { return {first_matches()}; }
 
-  Found again(const Matches& near) { return {settled(near, cohort_.box(), kTurnsAgain)}; }
+  Found again(const Matches& near) { return {settled(near, box_, kTurnsAgain)}; }
+
+  // Where the kernel is much too wide, matches do not converge and no slope leads to a better width, so that the best
+  // of those a factor of 2 apart is taken.
+  Matches first_matches() {
+    if (cohort_.shapes() >= kLarge && cohort_.count() > 0) {
+      const CohortModel few(few_of(cohort_.cohort()), cohort_.noise(), cohort_.settings());
+      VectorXd x;
+      if (held_ < 0) {
+        Search of_few(few);
+        x = of_few.best_candidate(of_few.candidates(of_few.first_matches())).x();
+      } else {
+        const double value = cohort_.open()[at(held_)].value(box_.least[held_]);
+        x = Search(few, held_, few.open()[at(held_)].place(value)).first_matches().x;
+      }
+      std::vector<double> values;
+      for (Index i = 0; i < x.size(); ++i) values.push_back(few.open()[at(i)].value(x[i]));
+      return settled(begun(cohort_.place(values), kThorough), box_, kTurnsOfWidth);
+    }
+    const auto width = std::find_if(cohort_.open().begin(), cohort_.open().end(),
+                                    [](const ModelNumber& number) { return number.kind == Kind::kWidth; });
+    if (width == cohort_.open().end()) return settled(begun(cohort_.start(), kThorough), box_, kMostTurns);
+    const Index i = width - cohort_.open().begin();
+    const auto at_width = [&](double x) -> std::optional<Matches> {
+      try {
+        return settled(begun(cohort_.start() + x * VectorXd::Unit(cohort_.count(), i), kRough), box_, kTurnsOfWidth);
+      } catch (const NumericalError&) {
+        return std::nullopt;
+      }
+    };
+    std::optional<Matches> best = at_width(0);
+    for (const double factor : {-std::log(2.0), std::log(2.0)})
+      for (double x = factor; x > box_.least[i] && x < box_.most[i]; x += factor) {
+        std::optional<Matches> next = at_width(x);
+        if (best && (!next || !(next->log_evidence > best->log_evidence))) break;
+        if (next) best = std::move(next);
+      }
+    if (!best) return settled(begun(cohort_.start(), kThorough), box_, kMostTurns);
+    Matches exact = cohort_.match(best->x, &*best, kThorough);
+    return settled(std::move(exact), box_, kMostTurns);
+  }
 
  private:
   // Numbers and matches in turn until they no longer change. The best of them: where the kernel is too wide, matches do
@@ -107,47 +152,12 @@ class Search {
   // At the start, amplitudes halved until there are paths.
   Matches begun(VectorXd x, CohortModel::Effort effort) const {
     for (int count = 0;; ++count) try {
-        return cohort_.match(x, nullptr, effort);
+        return cohort_.match(box_.clipped(x), nullptr, effort);
       } catch (const NumericalError&) {
         if (count == 2 * kMostBackoffs || cohort_.count() == 0) throw;
         for (Index i = 0; i < x.size(); ++i)
           if (cohort_.open()[at(i)].is_variance()) x[i] /= 2;
       }
-  }
-
-  // Where the kernel is much too wide, matches do not converge and no slope leads to a better width, so that the best
-  // of those a factor of 2 apart is taken.
-  Matches first_matches() {
-    if (cohort_.shapes() >= kLarge && cohort_.count() > 0) {
-      const CohortModel few(few_of(cohort_.cohort()), cohort_.noise(), cohort_.settings());
-      Search of_few(few);
-      const VectorXd x = of_few.best_candidate(of_few.candidates(of_few.first_matches())).x();
-      std::vector<double> values;
-      for (Index i = 0; i < x.size(); ++i) values.push_back(few.open()[at(i)].value(x[i]));
-      return settled(begun(cohort_.place(values), kThorough), cohort_.box(), kTurnsOfWidth);
-    }
-    const auto width = std::find_if(cohort_.open().begin(), cohort_.open().end(),
-                                    [](const ModelNumber& number) { return number.kind == Kind::kWidth; });
-    if (width == cohort_.open().end()) return settled(begun(cohort_.start(), kThorough), cohort_.box(), kMostTurns);
-    const Index i = width - cohort_.open().begin();
-    const auto at_width = [&](double x) -> std::optional<Matches> {
-      try {
-        return settled(begun(cohort_.start() + x * VectorXd::Unit(cohort_.count(), i), kRough), cohort_.box(),
-                       kTurnsOfWidth);
-      } catch (const NumericalError&) {
-        return std::nullopt;
-      }
-    };
-    std::optional<Matches> best = at_width(0);
-    for (const double factor : {-std::log(2.0), std::log(2.0)})
-      for (double x = factor; x > cohort_.box().least[i] && x < cohort_.box().most[i]; x += factor) {
-        std::optional<Matches> next = at_width(x);
-        if (best && (!next || !(next->log_evidence > best->log_evidence))) break;
-        if (next) best = std::move(next);
-      }
-    if (!best) return settled(begun(cohort_.start(), kThorough), cohort_.box(), kMostTurns);
-    Matches exact = cohort_.match(best->x, &*best, kThorough);
-    return settled(std::move(exact), cohort_.box(), kMostTurns);
   }
 
   static Cohort few_of(const Cohort& cohort) {
@@ -166,14 +176,14 @@ class Search {
     std::vector<Matches> all{first};
     if (also_ != nullptr) {
       all.push_back(*also_);
-      all.push_back(settled(*also_, cohort_.box(), kTurnsOfWidth));
+      all.push_back(settled(*also_, box_, kTurnsOfWidth));
     }
     std::vector<Index> amplitudes;
     for (Index i = 0; i < cohort_.count(); ++i)
       if (cohort_.open()[at(i)].kind == Kind::kAmplitude) amplitudes.push_back(i);
     if (amplitudes.empty()) return all;
     for (const double level : kLevels) try {
-        Box held = cohort_.box();
+        Box held = box_;
         held.least(amplitudes) = held.most(amplitudes) = held.least(amplitudes).cwiseMax(level);
         Matches there = settled(cohort_.match(held.clipped(first.x), &first), held, kTurnsOfWidth);
         if (there.log_evidence > all.front().log_evidence - kHopeless) all.push_back(std::move(there));
@@ -239,7 +249,7 @@ class Search {
     for (int base = 0; base < kMostBases; ++base) {
       const MatrixXd metric = metric_of(cohort_.linear_evidence(found.about, found.about.x).information);
       const EvidenceAt evidence = this->evidence(found);
-      std::optional<EvidenceMaximum> best = maximise_evidence(evidence, found.about.x, metric, cohort_.box());
+      std::optional<EvidenceMaximum> best = maximise_evidence(evidence, found.about.x, metric, box_);
       if (!best) break;
       vanish_if_likelier(evidence, metric, *best);
       const double far = distance(metric, best->local.x - found.about.x);
@@ -258,7 +268,7 @@ class Search {
 
   // Where a number is near 0 the evidence without it is found itself.
   void vanish_if_likelier(const EvidenceAt& evidence, const MatrixXd& metric, EvidenceMaximum& best) const {
-    const Box& box = cohort_.box();
+    const Box& box = box_;
     for (Index g = 0; g < cohort_.count(); ++g) {
       const VectorXd& x = best.local.x;
       if (!cohort_.open()[at(g)].is_variance() || x[g] <= box.least[g]) continue;
@@ -284,7 +294,9 @@ class Search {
   }
 
   const CohortModel& cohort_;
-  const Matches* also_;
+  Box box_;
+  Index held_ = -1;  // where a number is
+  const Matches* also_ = nullptr;
 };
 
 }  // namespace
@@ -292,6 +304,12 @@ class Search {
 Found find_numbers(const CohortModel& cohort, const Matches* also) { return Search(cohort, also).maximum(); }
 
 Found find_numbers_roughly(const CohortModel& cohort) { return Search(cohort).rough(); }
+
+std::optional<Matches> find_matches_at(const CohortModel& cohort, Index held, double place) try {
+  return Search(cohort, held, place).first_matches();
+} catch (const NumericalError&) {
+  return std::nullopt;
+}
 
 Found find_numbers_near(const CohortModel& cohort, const Matches& near) { return Search(cohort).again(near); }
 

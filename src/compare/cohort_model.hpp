@@ -57,8 +57,10 @@ struct Matches {
 /// is some times σ², from 0 where they vanish; the logarithm of others.
 class CohortModel {
  public:
+  /// @param cohort is referred to
   /// @throws InputError where an option is wrong or the alignment accounts for all that a shape or the noise is
   CohortModel(const Cohort& cohort, OpenNoise noise, const CohortSettings& settings);
+  CohortModel(Cohort&& cohort, OpenNoise noise, const CohortSettings& settings) = delete;  // it is referred to
 
   const std::vector<ModelNumber>& open() const { return open_; }
   Eigen::Index count() const { return std::ssize(open_); }

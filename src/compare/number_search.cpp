@@ -78,7 +78,8 @@ class Search {
   // of those a factor of 2 apart is taken.
   Matches first_matches() {
     if (cohort_.shapes() >= kLarge && cohort_.count() > 0) {
-      const CohortModel few(few_of(cohort_.cohort()), cohort_.noise(), cohort_.settings());
+      const Cohort some = few_of(cohort_.cohort());
+      const CohortModel few(some, cohort_.noise(), cohort_.settings());
       VectorXd x;
       if (held_ < 0) {
         Search of_few(few);

@@ -45,17 +45,6 @@ double difference(const std::vector<Specimen>& specimens, const Specimen::Model&
 
 }  // namespace
 
-MatrixXd motions_of(const Cohort& cohort, int shape) {
-  const VectorXd values = cohort.targets[at(shape)].points.reshaped();
-  std::vector<Index> observed;
-  for (Index i = 0; i < values.size(); ++i)
-    if (!std::isnan(values[i])) observed.push_back(i);
-  const MatrixXd of_observed = motion_directions(cohort.source.points, cohort.alignment, observed);
-  MatrixXd motions = MatrixXd::Zero(values.size(), of_observed.cols());
-  for (std::size_t i = 0; i < observed.size(); ++i) motions.row(observed[i]) = of_observed.row(static_cast<Index>(i));
-  return motions;
-}
-
 double ModelNumber::value(double x) const {
   if (!is_variance()) return unit * std::exp(x);
   const double v = unit * std::max(std::expm1(x), kNegligible);
@@ -108,7 +97,7 @@ void CohortModel::find_units() {
   posterior::Numbers numbers{std::make_shared<KernelOperator>(kernel_), noise_.model,
                              settings_.lambda.value_or(1 / (far * far)), 1};
   for (int s = 0; s < static_cast<int>(cohort_.targets.size()); ++s) try {
-      specimens_.emplace_back(problem(numbers, s), motions_of(cohort_, s));
+      specimens_.emplace_back(problem(numbers, s), cohort_.alignment);
     } catch (const InputError& error) {
       throw InputError(fmt::format("{}: {}", cohort_.targets[at(s)].source, error.what()));
     }

@@ -24,9 +24,6 @@ inline constexpr double kNegligible = 1e-6;
 /// less than about 0.03 σ, and, where landmarks are dense relative to the kernel, no time step resolves them.
 inline constexpr double kFaint = 1e-3;
 
-/// What the alignment takes out of the data of a target: orthonormal columns in the coordinates observed, dN×k.
-Eigen::MatrixXd motions_of(const Cohort& cohort, int target);
-
 /// A number of a model that is fitted.
 struct ModelNumber {
   enum class Kind { kLambda, kAmplitude, kWidth, kOther, kSigma };

@@ -84,7 +84,7 @@ std::optional<LeastCostPaths> least_cost_paths(const Cohort& cohort, const Cohor
     try {
       const matching::PathSolution found = least_cost_path(problem, path_of(cohort, fit, settings, s));
       const Points& end = found.path.end();
-      const posterior::Specimen specimen(problem, motions_of(cohort, s));
+      const posterior::Specimen specimen(problem, cohort.alignment);
       const double misfit =
           specimen
               .residual(specimen.model({std::make_shared<KernelOperator>(problem.system.kernel), problem.system.noise}),

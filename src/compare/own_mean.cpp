@@ -27,7 +27,7 @@ OwnMean::OwnMean(const std::vector<Specimen>& specimens, Specimen whole) : whole
   const double sigma = whole_.problem().sigma;
   MatrixXd precision = MatrixXd::Zero(whole_.data(), whole_.data());
   for (const Specimen& specimen : specimens) {
-    MatrixXd observed = sigma * specimen.projection();
+    MatrixXd observed = sigma * specimen.source_projection();
     precision += observed.transpose() * observed;
     const auto same = std::find_if(groups_.begin(), groups_.end(), [&](const Alike& group) {
       return group.observed.rows() == observed.rows() && group.observed == observed;

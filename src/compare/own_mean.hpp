@@ -17,8 +17,8 @@ namespace pulson::compare {
 /// the shapes determine of μ. Of S complete shapes it is ½ log det C, so that S − 1 shapes are counted. Thread-safe.
 class OwnMean {
  public:
-  /// @param whole a specimen at the source with all coordinates observed, of the σ of the specimens' data, without
-  /// motions
+  /// @param whole a specimen at the source with all coordinates observed, of the σ of the specimens' data, without a
+  /// pose
   OwnMean(const std::vector<posterior::Specimen>& specimens, posterior::Specimen whole);
 
   /// The model linear at rest. @throws NumericalError where the noise leaves rest no path

@@ -10,8 +10,6 @@
 
 namespace pulson::compare {
 
-using Eigen::MatrixXd;
-
 namespace {
 
 constexpr int kChains = 2, kWarmup = 200, kDraws = 400;
@@ -21,10 +19,10 @@ struct ShapeEvidence {
   double rhat = kUndefined;
 };
 
-ShapeEvidence evidence_of(matching::MatchingProblem problem, MatrixXd motions, std::uint64_t seed) {
+ShapeEvidence evidence_of(matching::MatchingProblem problem, AlignmentKind pose, std::uint64_t seed) {
   inference::PosteriorProblem posterior;
   posterior.specimens.push_back(std::move(problem));
-  posterior.motions.push_back(std::move(motions));
+  posterior.pose = pose;
   inference::SamplerOptions options;
   options.chains = kChains;
   options.warmup = kWarmup;
@@ -46,7 +44,7 @@ SampledEvidence sample_evidence(const Cohort& cohort, const CohortFit& fit, cons
   const auto shapes = static_cast<int>(cohort.targets.size());
   std::vector<ShapeEvidence> found(cohort.targets.size());
   parallel_for(shapes, [&](int s) {
-    found[static_cast<std::size_t>(s)] = evidence_of(shape_problem(cohort, fit, settings, s), motions_of(cohort, s),
+    found[static_cast<std::size_t>(s)] = evidence_of(shape_problem(cohort, fit, settings, s), cohort.alignment,
                                                      settings.seed + static_cast<std::uint64_t>(s));
   });
   SampledEvidence sampled;

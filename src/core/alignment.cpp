@@ -1,11 +1,14 @@
 #include "pulson/core/alignment.hpp"
 
+#include <limits>
+
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <fmt/core.h>
 
 #include "core/determined.hpp"
+#include "core/nearest_rotation.hpp"
 #include "core/text.hpp"
 #include "landmark_pairs.hpp"
 #include "pulson/core/errors.hpp"
@@ -54,15 +57,11 @@ std::vector<Index> usable_landmarks(const Points& source, const Points& target, 
   return usable;
 }
 
-// The orthogonal Q of least |Qx − y|²: a rotation, unless a reflection may be taken and fits better. Where the shapes
-// lie in a hyperplane, both fit alike.
+// A rotation, unless a reflection may be taken and fits better. Where the shapes lie in a hyperplane, both fit alike.
 MatrixXd orthogonal_fit(const WeighedShape& x, const WeighedShape& y, bool reflect) {
-  const Eigen::JacobiSVD<MatrixXd> svd(y.points * x.points.transpose(), Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Index last = svd.singularValues().size() - 1;
-  const bool is_better = svd.singularValues()[last] > x.points.norm() * y.resolution + y.points.norm() * x.resolution;
-  VectorXd sign = VectorXd::Ones(last + 1);
-  if (!(reflect && is_better) && (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) sign[last] = -1;
-  return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+  const double resolution = x.points.norm() * y.resolution + y.points.norm() * x.resolution;
+  return nearest_orthogonal(y.points * x.points.transpose(),
+                            reflect ? resolution : std::numeric_limits<double>::infinity());
 }
 
 // Below this correlation shapes have nothing to do with each other.
@@ -116,6 +115,15 @@ Points turned(const Points& points, Index first, Index second) {
 }
 
 }  // namespace
+
+SmallMatrix nearest_orthogonal(const SmallMatrix& products, double reflection) {
+  const Eigen::JacobiSVD<SmallMatrix> svd(products, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Index last = svd.singularValues().size() - 1;
+  VectorXd sign = VectorXd::Ones(last + 1);
+  if (!(svd.singularValues()[last] > reflection) && (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0)
+    sign[last] = -1;
+  return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+}
 
 Points Alignment::apply(const Points& x) const {
   require_size("the points of an alignment", x, linear.cols(), x.cols());

@@ -112,10 +112,10 @@ PosteriorProblem with_finer_steps(PosteriorProblem problem) {
 std::vector<Specimen> specimens_of(const PosteriorProblem& problem) {
   std::vector<Specimen> specimens;
   for (std::size_t i = 0; i < problem.specimens.size(); ++i)
-    if (problem.motions.empty())
+    if (problem.pose == AlignmentKind::kNone)
       specimens.emplace_back(problem.specimens[i], problem.tree);
     else
-      specimens.emplace_back(problem.specimens[i], problem.motions[i]);
+      specimens.emplace_back(problem.specimens[i], problem.pose);
   return specimens;
 }
 

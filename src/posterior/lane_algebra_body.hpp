@@ -161,14 +161,14 @@ HWY_INLINE void AddSlopeTile(const double* bar, const double* by, double* slopes
     for (int u = 0; u < kWide; ++u) Put(sum[t][u], slopes, (c + u) * n + r + t);
 }
 
-inline void AddSlope(const double* bar, const double* by, double* slopes, int m, int n) {
+inline void AddSlope(const double* bar, const double* by, double* slopes, int m, int n, int columns) {
   int c = 0;
-  for (; c + 4 <= n; c += 4) {
+  for (; c + 4 <= columns; c += 4) {
     int r = 0;
     for (; r + 4 <= n; r += 4) AddSlopeTile<4, 4>(bar, by, slopes, m, n, r, c);
     for (; r < n; ++r) AddSlopeTile<1, 4>(bar, by, slopes, m, n, r, c);
   }
-  for (; c < n; ++c)
+  for (; c < columns; ++c)
     for (int r = 0; r < n; ++r) AddSlopeTile<1, 1>(bar, by, slopes, m, n, r, c);
 }
 

@@ -67,9 +67,7 @@ bool LaneShots::knows_derivatives(const Specimen& specimen, const Specimen::Mode
 }
 
 LaneShots::LaneShots(const Specimen& specimen, const Specimen::Model& model, const LinearAt* chord)
-    : specimen_(specimen),
-      model_(model),
-      rows_(MatrixXd::Identity(specimen.problem().source.size(), specimen.problem().source.size())) {
+    : specimen_(specimen), model_(model) {
   const matching::MatchingProblem& problem = specimen.problem();
   const Points& source = problem.source;
   const Index size = source.size();
@@ -88,7 +86,6 @@ LaneShots::LaneShots(const Specimen& specimen, const Specimen::Model& model, con
   }
   if (chord == nullptr) return;
   const Index n = specimen.data();
-  rows_ = specimen.projection().transpose() / model.sigma;
   by_start_ = chord->momentum_changes(model);
   const MatrixXd of_increments = std::sqrt(problem.grid.dt()) * chord->increment_changes();
   (bumps_ ? by_weights_ : by_q_).resize(bumps_ ? channels() : size, n * steps);
@@ -104,8 +101,8 @@ LaneShots::LaneShots(const Specimen& specimen, const Specimen::Model& model, con
   }
 }
 
-Specimen::Slopes LaneShots::slopes_of(const Rows& rows, Index lane) const {
-  const Index size = rows_.rows();
+Specimen::Slopes LaneShots::slopes_of(const Rows& rows, Index lane, const VectorXd& end_of_path) const {
+  const Index size = end_of_path.size();
   const Index steps = specimen_.problem().grid.steps;
   const double root = std::sqrt(specimen_.problem().grid.dt());
   const int lanes = LaneShots::lanes();
@@ -122,7 +119,7 @@ Specimen::Slopes LaneShots::slopes_of(const Rows& rows, Index lane) const {
     if (!rows.by_q.empty()) part.noalias() += root * of_step(rows.by_q, size, k) * of_p_;
     if (!rows.by_p.empty()) part.noalias() -= root * of_step(rows.by_p, size, k) * of_q_;
   }
-  return {of_step(rows.by_start, size, 0), {{specimen_.projection(), std::move(end)}}};
+  return {of_step(rows.by_start, size, 0), {{specimen_.projection(end_of_path), std::move(end)}}};
 }
 
 LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
@@ -130,8 +127,7 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
   const NoiseTraits traits = model_.system.noise->traits();
   const int lanes = LaneShots::lanes();
   const Index size = problem.source.size();
-  const MatrixXd rows_of_end = with == With::kProducts ? rows_ : MatrixXd::Identity(size, size);
-  const Index n = rows_of_end.cols();
+  const Index n = specimen_.data();
   const int steps = problem.grid.steps;
   MatrixXd momenta(size, z.cols());
   for (Index l = 0; l < z.cols(); ++l) momenta.col(l) = specimen_.momenta(model_, z.col(l)).reshaped();
@@ -154,7 +150,7 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
   const bool moves_momenta = has_kicks && traits.moves_momenta;
   const auto lane_size = static_cast<std::size_t>(lanes);
   std::vector<double> ends(static_cast<std::size_t>(size) * lane_size), middles(ends.size()), found(lane_size);
-  std::vector<double> slopes(with == With::kProducts ? static_cast<std::size_t>(n * n) * lane_size : 0);
+  std::vector<double> slopes(with == With::kProducts ? static_cast<std::size_t>(size * n) * lane_size : 0);
   const auto rows_of_lanes = static_cast<std::size_t>(with == With::kSlopes ? size : 0) * lane_size;
   const auto of_all = [&](Index height) {
     return static_cast<std::size_t>(height) * static_cast<std::size_t>(steps) * rows_of_lanes;
@@ -169,7 +165,8 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
   arguments.landmarks = static_cast<int>(problem.source.cols());
   arguments.steps = steps;
   arguments.heun = problem.integrator->name() == "heun";
-  arguments.rows = with == With::kNothing ? 0 : static_cast<int>(n);
+  arguments.derivatives = with != With::kNothing;
+  arguments.columns = static_cast<int>(n);
   arguments.half = problem.grid.dt() / 2;
   arguments.terms = &model_.system.kernel.terms();
   arguments.moves_positions = moves_positions;
@@ -186,7 +183,6 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
     arguments.weights = weights.data();
     arguments.by_weights = by_weights_.data();
   }
-  arguments.projection = rows_of_end.data();
   arguments.by_q = by_q_.data();
   arguments.by_p = by_p_.data();
   arguments.by_start = by_start_.data();
@@ -206,11 +202,11 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
               {},
               {}};
   for (std::size_t l = 0; l < shots.found.size(); ++l) shots.found[l] = found[l] != 0 ? 1 : 0;
-  for (Index l = 0; with == With::kSlopes && l < z.cols(); ++l) shots.slopes.push_back(slopes_of(rows, l));
+  for (Index l = 0; with == With::kSlopes && l < z.cols(); ++l) shots.slopes.push_back(slopes_of(rows, l, shots.ends.col(l)));
   for (Index l = 0; with == With::kProducts && l < z.cols(); ++l) {
-    MatrixXd product(n, n);
-    for (Index i = 0; i < n * n; ++i) product.reshaped()[i] = slopes[static_cast<std::size_t>(i * lanes + l)];
-    shots.products.push_back(std::move(product));
+    MatrixXd of_end(size, n);
+    for (Index i = 0; i < size * n; ++i) of_end.reshaped()[i] = slopes[static_cast<std::size_t>(i * lanes + l)];
+    shots.products.emplace_back(specimen_.projection(shots.ends.col(l)) * of_end / model_.sigma);
   }
   return shots;
 }

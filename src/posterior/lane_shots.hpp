@@ -15,7 +15,8 @@ struct LaneShotArguments {
   int dimension = 2;
   int landmarks = 0;
   int steps = 0;
-  int rows = 0;       ///< of the projection, 0 for the paths alone
+  bool derivatives = false;  ///< of q(T), dN rows, or the paths alone
+  int columns = 0;           ///< n, of `slopes`
   bool heun = false;  ///< its steps in place of those of `variational-2`: of paths alone, and additive noise
   double half = 0;    ///< ½Δt
   const std::vector<KernelTerm>* terms = nullptr;
@@ -29,20 +30,19 @@ struct LaneShotArguments {
   double sharpness = 0;
   const double* weights = nullptr;  ///< steps·F·d, of lanes: β w_i of each step
   double beta = 0;
-  const double* projection = nullptr;  ///< dN×rows, column by column
-  /// dN×rows each, of steps: what a change of the kicks does to the slope, see LaneShots::slopes()
+  /// dN×n each, of steps: what a change of the kicks does to the slope, see LaneShots::slopes()
   const double* by_q = nullptr;
   const double* by_p = nullptr;
-  const double* by_start = nullptr;    ///< dN×rows
-  const double* by_weights = nullptr;  ///< Fd×rows each, of steps
+  const double* by_start = nullptr;    ///< dN×n
+  const double* by_weights = nullptr;  ///< Fd×n each, of steps
   double* ends = nullptr;              ///< dN, of lanes
   double* middles = nullptr;           ///< dN, of lanes
   double* found = nullptr;             ///< 1 or 0, of lanes
-  double* slopes = nullptr;            ///< rows×rows, of lanes; or null, and what follows
-  double* rows_by_q = nullptr;         ///< dN×rows each, of steps and lanes: the rows' derivatives by the kicks,
+  double* slopes = nullptr;            ///< dN×n, of lanes; or null, and what follows
+  double* rows_by_q = nullptr;         ///< dN×dN each, of steps and lanes: the rows' derivatives by the kicks,
   double* rows_by_p = nullptr;         ///< where the noise has them,
   double* rows_by_start = nullptr;     ///< and by p0;
-  double* rows_by_weights = nullptr;   ///< Fd×rows each, by w_i
+  double* rows_by_weights = nullptr;   ///< Fd×dN each, by w_i
   std::vector<double>* workspace = nullptr;
 };
 
@@ -78,13 +78,12 @@ class LaneShots {
   struct Rows {
     std::vector<double> by_q, by_p, by_start, by_weights;
   };
-  Specimen::Slopes slopes_of(const Rows& rows, Eigen::Index lane) const;
+  Specimen::Slopes slopes_of(const Rows& rows, Eigen::Index lane, const Eigen::VectorXd& end) const;
   Eigen::Index channels() const { return bumps_ ? bumps_->centres.size() : of_p_.cols(); }
 
   const Specimen& specimen_;
   const Specimen::Model& model_;
   Eigen::MatrixXd of_q_, of_p_;  // ∇h_i, dN×C
-  Eigen::MatrixXd rows_;         // ∂r/∂q(T), dN×n
   Eigen::MatrixXd by_q_, by_p_;  // dN×(n·steps)
   Eigen::MatrixXd by_start_;     // dN×n
   std::optional<BumpFields> bumps_;

@@ -70,11 +70,15 @@ template <int d>
 class LaneShooter {
  public:
   explicit LaneShooter(const LaneShotArguments& g)
-      : g_(g), n_(g.landmarks), m_(d * g.landmarks), lanes_(static_cast<int>(hn::Lanes(Tag()))) {
+      : g_(g),
+        n_(g.landmarks),
+        m_(d * g.landmarks),
+        rows_(g.derivatives ? m_ : 0),
+        lanes_(static_cast<int>(hn::Lanes(Tag()))) {
     const int matrix = m_ * m_;
     const int nodes = (g.steps + 1) * m_;
-    const int of_bumps = g.bumps * n_ * (1 + d) + 2 * g.steps * m_ + g.rows * g.bumps * d;
-    const int in_all = 3 * nodes + 3 * m_ + n_ * n_ * (2 + d) + 3 * matrix + 2 * m_ * g.rows + of_bumps;
+    const int of_bumps = g.bumps * n_ * (1 + d) + 2 * g.steps * m_ + rows_ * g.bumps * d;
+    const int in_all = 3 * nodes + 3 * m_ + n_ * n_ * (2 + d) + 3 * matrix + 2 * m_ * rows_ + of_bumps;
     g.workspace->resize(static_cast<std::size_t>(in_all * lanes_));
     next_ = g.workspace->data();
     q_ = take(nodes);
@@ -89,14 +93,14 @@ class LaneShooter {
     tangent_ = take(matrix);
     hessian_ = take(matrix);
     system_ = take(matrix);
-    q_bar_ = take(m_ * g.rows);
-    p_bar_ = take(m_ * g.rows);
+    q_bar_ = take(m_ * rows_);
+    p_bar_ = take(m_ * rows_);
     if (g.bumps == 0) return;
     fields_ = take(g.bumps * n_);
     gradients_ = take(g.bumps * n_ * d);
     middle_q_ = take(g.steps * m_);
     middle_p_ = take(g.steps * m_);
-    by_weights_ = take(g.rows * g.bumps * d);
+    by_weights_ = take(rows_ * g.bumps * d);
   }
 
   void Run() {
@@ -115,7 +119,7 @@ class LaneShooter {
     for (int i = 0; i < m_; ++i) all = hn::Add(all, hn::Add(At(end, i), At(p_, i)));
     const Flags finite = hn::Lt(hn::Abs(all), Constant(1e300));
     Put(hn::IfThenElseZero(hn::AndNot(lost_, finite), Constant(1)), g_.found, 0);
-    if (g_.rows > 0) Sweep();
+    if (g_.derivatives) Sweep();
   }
 
  private:
@@ -437,7 +441,7 @@ class LaneShooter {
       Vector transposed[d * d];
       for (int i = 0; i < d; ++i)
         for (int j = 0; j < d; ++j) transposed[i * d + j] = mixed[j * d + i];
-      for (int r = 0; r < g_.rows; ++r) {
+      for (int r = 0; r < rows_; ++r) {
         const int first = r * m_ + a * d;
         Vector nu_p[d], nu_q[d];
         for (int e = 0; e < d; ++e) nu_p[e] = hn::Add(At(p_bar_, first + e), At(p_bar_, first + e));
@@ -525,7 +529,7 @@ class LaneShooter {
 
   // to += (½Δt K ⊗ I) from
   void AddVelocities(const double* from, double* to) const {
-    for (int r = 0; r < g_.rows; ++r)
+    for (int r = 0; r < rows_; ++r)
       for (int a = 0; a < n_;)
         a += a + 4 <= n_ ? AddVelocitiesOf<4>(r, a, from, to) : AddVelocitiesOf<1>(r, a, from, to);
   }
@@ -564,13 +568,13 @@ class LaneShooter {
     for (int i = 0; i < m_; ++i) Put(hn::Add(At(system_, i * m_ + i), Constant(1)), system_, i * m_ + i);
   }
 
-  // The rows of the projection backwards along the path, as RowSweep.
+  // The rows of the derivative of the end, backwards along the path, as RowSweep.
   void Sweep() {
-    const int rows = g_.rows;
+    const int rows = rows_, columns = g_.columns;
     const bool slopes = g_.slopes != nullptr;
-    for (int i = 0; slopes && i < rows * rows; ++i) Put(hn::Zero(Tag()), g_.slopes, i);
+    for (int i = 0; slopes && i < rows * columns; ++i) Put(hn::Zero(Tag()), g_.slopes, i);
     for (int i = 0; i < m_ * rows; ++i) {
-      Put(Constant(g_.projection[i]), q_bar_, i);
+      Put(Constant(i % (m_ + 1) == 0 ? 1 : 0), q_bar_, i);
       Put(hn::Zero(Tag()), p_bar_, i);
     }
     for (int k = g_.steps - 1; k >= 0; --k) {
@@ -584,25 +588,25 @@ class LaneShooter {
       System(-1);
       SolveInPlace(system_, q_bar_, m_, rows);
       AddVelocities(q_bar_, p_bar_);
-      const int first = k * m_ * rows;
+      const int first = k * m_ * rows, by_first = k * m_ * columns;
       if (g_.bumps > 0) {
         SweepBumps(k);
         const int channels = g_.bumps * d;
         if (slopes)
-          AddSlope(by_weights_, g_.by_weights + k * channels * rows, g_.slopes, channels, rows);
+          AddSlope(by_weights_, g_.by_weights + k * channels * columns, g_.slopes, channels, rows, columns);
         else
           Copy(by_weights_, g_.rows_by_weights + static_cast<std::size_t>(k * channels * rows * lanes_),
                channels * rows);
       }
       if (g_.moves_positions) {
         if (slopes)
-          AddSlope(q_bar_, g_.by_q + first, g_.slopes, m_, rows);
+          AddSlope(q_bar_, g_.by_q + by_first, g_.slopes, m_, rows, columns);
         else
           Copy(q_bar_, g_.rows_by_q + static_cast<std::size_t>(first * lanes_), m_ * rows);
       }
       if (g_.moves_momenta) {
         if (slopes)
-          AddSlope(p_bar_, g_.by_p + first, g_.slopes, m_, rows);
+          AddSlope(p_bar_, g_.by_p + by_first, g_.slopes, m_, rows, columns);
         else
           Copy(p_bar_, g_.rows_by_p + static_cast<std::size_t>(first * lanes_), m_ * rows);
       }
@@ -617,7 +621,7 @@ class LaneShooter {
       AddProduct(-1, hessian_, p_bar_, q_bar_, m_, rows);
     }
     if (slopes)
-      AddSlope(p_bar_, g_.by_start, g_.slopes, m_, rows);
+      AddSlope(p_bar_, g_.by_start, g_.slopes, m_, rows, columns);
     else
       Copy(p_bar_, g_.rows_by_start, m_ * rows);
   }
@@ -626,12 +630,12 @@ class LaneShooter {
     std::copy(from, from + static_cast<std::size_t>(size) * static_cast<std::size_t>(lanes_), to);
   }
   double* scratch() {
-    scratch_.resize(static_cast<std::size_t>(m_ * g_.rows * lanes_));
+    scratch_.resize(static_cast<std::size_t>(m_ * rows_ * lanes_));
     return scratch_.data();
   }
 
   const LaneShotArguments& g_;
-  int n_, m_, lanes_;
+  int n_, m_, rows_, lanes_;
   double* next_;
   double *q_, *stage_, *second_, *p_, *y_, *c_;
   static constexpr double kLeastPivot = 0.1;  // of I + ½A, which is I for small steps

@@ -108,7 +108,7 @@ class MinimumSearches {
       Minimum& best = search.best;
       search.moved = false;
       if (slopes[i].branches.empty()) throw NumericalError("a path has no derivatives: use more `grid.steps`");
-      of_specimen(slopes[i], *search.specimen);
+      of_specimen(slopes[i], *search.specimen, best.end);
       best.linear =
           std::make_shared<LinearModel>(*search.specimen, model_, std::move(slopes[i]), search.residual, best.z);
       const LinearAt linear(*best.linear, model_);
@@ -123,8 +123,8 @@ class MinimumSearches {
   }
 
   // The path is that of all; what its end does to the data is of each.
-  void of_specimen(Specimen::Slopes& slopes, const Specimen& specimen) const {
-    if (&specimen != &shots_.specimen()) slopes.branches.front().by_end = specimen.projection();
+  void of_specimen(Specimen::Slopes& slopes, const Specimen& specimen, const VectorXd& end) const {
+    if (&specimen != &shots_.specimen()) slopes.branches.front().by_end = specimen.projection(end);
   }
 
   // @return whether any has come to a lower cost

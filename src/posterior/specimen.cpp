@@ -33,6 +33,14 @@ bool same_kernel(const KernelOperator& a, const KernelOperator& b) {
                     });
 }
 
+// A basis of what is orthogonal to the columns of X: the last columns of Q in X = QR.
+MatrixXd complement_of(const Eigen::HouseholderQR<MatrixXd>& factors) {
+  const Index n = factors.rows();
+  MatrixXd basis = MatrixXd::Identity(n, n);
+  basis.applyOnTheLeft(factors.householderQ());
+  return basis.rightCols(n - factors.cols());
+}
+
 }  // namespace
 
 Specimen::Specimen(matching::MatchingProblem problem, std::vector<Branch> tree)
@@ -50,21 +58,32 @@ Specimen::Specimen(matching::MatchingProblem problem, std::vector<Branch> tree)
   add_branches();
 }
 
-Specimen::Specimen(matching::MatchingProblem problem, const MatrixXd& motions) : Specimen(std::move(problem)) {
-  if (motions.cols() == 0) return;
-  const MatrixXd moved = projection_ * motions;
+Specimen::Specimen(matching::MatchingProblem problem, AlignmentKind pose) : Specimen(std::move(problem)) {
+  if (pose == AlignmentKind::kNone) return;
+  pose_kind_ = pose;
+  pose_.emplace(*problem_.data->landmarks(), problem_.source, pose);
+  const MatrixXd moved = projection_ * pose_->directions();
   if (count_ <= moved.cols())
     throw InputError(
         fmt::format("its {} observed coordinates are too few, as the alignment accounts for all of them", count_));
   const Eigen::HouseholderQR<MatrixXd> factors(moved);
-  MatrixXd basis = MatrixXd::Identity(count_, count_);
-  basis.applyOnTheLeft(factors.householderQ());
-  complement_ = basis.rightCols(count_ - moved.cols());
+  complement_ = complement_of(factors);
   log_determinant_ += 2 * factors.matrixQR().diagonal().cwiseAbs().array().log().sum() -
                       static_cast<double>(moved.cols()) * std::log(2 * std::numbers::pi);
   count_ = complement_.cols();
   places_.front().data = count_;
   projection_ = complement_.transpose() * projection_;
+}
+
+MatrixXd Specimen::projection(const VectorXd& end) const {
+  return pose_ ? pose_->slopes(projection_, end.reshaped(problem_.source.rows(), problem_.source.cols())) : projection_;
+}
+
+MatrixXd Specimen::source_projection() const {
+  if (!pose_) return projection_;
+  const MatrixXd observed = by_end(0);
+  const MatrixXd moved = observed * Pose::directions(*problem_.data->landmarks(), problem_.source, pose_kind_);
+  return complement_of(Eigen::HouseholderQR<MatrixXd>(moved)).transpose() * observed;
 }
 
 void Specimen::add_branches() {
@@ -135,9 +154,8 @@ std::optional<std::vector<Trajectory>> Specimen::paths(const Model& model, const
 }
 
 VectorXd Specimen::own_residual(std::size_t branch, const Points& end) const {
-  VectorXd own = branches_[branch].data->residual(end);
-  if (complement_.size() > 0) own = complement_.transpose() * own;
-  return own;
+  if (!pose_) return branches_[branch].data->residual(end);
+  return complement_.transpose() * branches_[branch].data->residual(pose_->apply(end));
 }
 
 VectorXd Specimen::residual(const Model& model, const VectorXd& ends) const {
@@ -188,7 +206,8 @@ VectorXd Specimen::transposed(const Model& model, const Shot& shot, const Vector
   const Index d = problem_.source.rows(), n = problem_.source.cols(), size = problem_.source.size();
   VectorXd by_z(unknowns());
   if (momenta_ > 0) {
-    const PhaseState bar{(projection_.transpose() * v).reshaped(d, n), Points::Zero(d, n)};
+    const MatrixXd by_end = projection(shot.paths.front().final().q.reshaped());
+    const PhaseState bar{(by_end.transpose() * v).reshaped(d, n), Points::Zero(d, n)};
     const PathGradient gradient = problem_.integrator->adjoint(model.system, shot.paths.front(), bar, false);
     by_z.head(momenta_) = whitened(model, gradient.p0_bar.reshaped());
     by_z.tail(by_z.size() - momenta_) = std::sqrt(problem_.grid.dt()) * gradient.increments_bar.reshaped();
@@ -215,7 +234,8 @@ Specimen::Slopes Specimen::slopes(const Model& model, const Shot& shot) const {
   const Index size = problem_.source.size();
   if (momenta_ > 0) {
     EndpointJacobian end = problem_.integrator->endpoint_jacobian(model.system, shot.paths.front());
-    return {std::move(end.momenta), {{projection_, std::sqrt(problem_.grid.dt()) * end.increments}}};
+    return {std::move(end.momenta),
+            {{projection(shot.paths.front().final().q.reshaped()), std::sqrt(problem_.grid.dt()) * end.increments}}};
   }
   const Index of_state = is_at_rest(model.system, shot.paths.front().initial()) ? size : 2 * size;
   Slopes slopes{{}, std::vector<BranchSlopes>(branches_.size())};

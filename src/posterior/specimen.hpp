@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "pulson/matching/objective.hpp"
+#include "pose.hpp"
 #include "pulson/posterior/branch.hpp"
 
 namespace pulson::posterior {
@@ -22,19 +23,20 @@ struct Numbers {
 /// One shape's unknowns z ~ N(0, I) and its data. Momenta are p0 = (λ(K(q0) + εI))^{-½} z0 by Cholesky factorisation,
 /// which is smooth in the width of the kernel, increments ΔW = √Δt zW; of a tree the increments of its branches, one
 /// after the other, and no momenta. With F the derivative of the residual of a data term by positions, n×dN, X the
-/// motions that an alignment takes out of the data, and A an orthonormal basis of what is orthogonal to FX,
+/// directions and g the motion of the Pose that an alignment takes out of the data, and A an orthonormal basis of what
+/// is orthogonal to FX,
 ///
-///     r(z) = Aᵀ r_data(q(T)),   −log p(y | z, θ) = ½|r|² + volume(θ),
+///     r(z) = Aᵀ r_data(g q(T)),   −log p(y | z, θ) = ½|r|² + volume(θ),
 ///
-/// where the amplitudes of the motions have a flat prior along an orthonormal basis. Thread-safe.
+/// where the pose has a flat prior, of unit density along X at the data. Thread-safe.
 class Specimen {
  public:
   /// @param tree one path with the data of the problem where it is empty
   explicit Specimen(matching::MatchingProblem problem, std::vector<Branch> tree = {});
 
-  /// One path. @param motions X, orthonormal in the coordinates that are observed, dN×k
+  /// One path. @param pose of data that are landmarks
   /// @throws InputError where the alignment accounts for all observed coordinates
-  Specimen(matching::MatchingProblem problem, const Eigen::MatrixXd& motions);
+  Specimen(matching::MatchingProblem problem, AlignmentKind pose);
 
   /// The models at one θ.
   struct Model {
@@ -90,7 +92,9 @@ class Specimen {
   };
   Slopes slopes(const Model& model, const Shot& shot) const;
   /// ∂r/∂q(T) of one path, at the σ of the data, n×dN.
-  const Eigen::MatrixXd& projection() const { return projection_; }
+  Eigen::MatrixXd projection(const Eigen::VectorXd& end) const;
+  /// The same at the source of data that are at the source.
+  Eigen::MatrixXd source_projection() const;
 
   /// −log p(y | z, θ) − ½|r|²
   double log_volume(const Model& model) const;
@@ -115,7 +119,9 @@ class Specimen {
   double nugget_;
   double log_determinant_ = 0;
   Eigen::MatrixXd complement_;  ///< A; empty for all
-  Eigen::MatrixXd projection_;
+  Eigen::MatrixXd projection_;  ///< AᵀF
+  AlignmentKind pose_kind_ = AlignmentKind::kNone;
+  std::optional<Pose> pose_;
   std::shared_ptr<const Eigen::MatrixXd> reference_root_;
 };
 

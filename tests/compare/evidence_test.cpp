@@ -132,7 +132,7 @@ TEST(Evidence, OfALinearModelWithTranslationIsThatOfTheCoordinatesLeft) {
 // The same of a rigid motion, whose directions are motion_directions().
 TEST(Evidence, OfALinearModelWithRigidMotionsLeavesThoseOut) {
   LinearModel linear;
-  const MatrixXd change = 0.1 * linear.numbers(2, 4);
+  const MatrixXd change = 1e-4 * linear.numbers(2, 4);  // so that a rigid motion is its directions
   const Cohort cohort{linear.source, {named_shape(linear.source.points + change)}, AlignmentKind::kRigid};
   std::vector<Index> all(8);
   for (Index i = 0; i < 8; ++i) all[static_cast<std::size_t>(i)] = i;

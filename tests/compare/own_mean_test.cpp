@@ -82,19 +82,7 @@ TEST(OwnMean, IsTheLimitOfAWidePriorOfTheMean) {
     fit.noise = "ch-sd:beta=2e-5";
     fit.lambda = *settings.lambda;
     std::vector<Specimen> specimens;
-    for (int s = 0; s < 4; ++s) {
-      std::vector<Index> observed;
-      const VectorXd values = shapes[static_cast<std::size_t>(s)].points.reshaped();
-      for (Index i = 0; i < values.size(); ++i)
-        if (!std::isnan(values[i])) observed.push_back(i);
-      MatrixXd motions = MatrixXd::Zero(values.size(), 0);
-      if (alignment != AlignmentKind::kNone) {
-        const MatrixXd directions = motion_directions(source.points, alignment, observed);
-        motions = MatrixXd::Zero(values.size(), directions.cols());
-        motions(observed, Eigen::all) = directions;
-      }
-      specimens.emplace_back(shape_problem(cohort, fit, settings, s), motions);
-    }
+    for (int s = 0; s < 4; ++s) specimens.emplace_back(shape_problem(cohort, fit, settings, s), alignment);
     const OwnMean mean(specimens, Specimen(shape_problem({source, {source}}, fit, settings, 0)));
     const Specimen& first = specimens.front();
     const posterior::Numbers numbers{std::make_shared<KernelOperator>(first.problem().system.kernel),
@@ -111,7 +99,7 @@ TEST(OwnMean, IsTheLimitOfAWidePriorOfTheMean) {
       const VectorXd rest = VectorXd::Zero(specimen.unknowns());
       covariance.block(row, row, n, n) =
           posterior::LinearModel(specimen, model, *specimen.shoot(model, rest), rest).covariance(model);
-      observed.middleRows(row, n) = sigma * specimen.projection();
+      observed.middleRows(row, n) = sigma * specimen.projection(source.points.reshaped());
       row += n;
     }
     const double m = static_cast<double>(source.points.size()) - (alignment == AlignmentKind::kNone ? 0 : 4);

@@ -12,7 +12,6 @@
 
 #include "posterior/minimum.hpp"
 #include "posterior/shot_batch.hpp"
-#include "pulson/core/alignment.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "random_numbers.hpp"
 
@@ -162,27 +161,6 @@ TEST_P(OfModels, MinimaAreStationary) {
     EXPECT_NEAR(minimum.cost, 0.5 * (minimum.z.squaredNorm() + shot->residual.squaredNorm()), 1e-9);
   }
   EXPECT_NEAR(minima[0].cost, minima[1].cost, 1e-6);
-}
-
-// Data that a motion only moves are the same, and the volume is that of the coordinates left.
-TEST(SpecimenWithMotions, LeavesThoseOut) {
-  const matching::MatchingProblem problem = problem_of("none", "variational-2");
-  std::vector<Index> all(8);
-  for (Index i = 0; i < 8; ++i) all[static_cast<std::size_t>(i)] = i;
-  const MatrixXd motions = motion_directions(problem.source, AlignmentKind::kRigid, all);
-  ASSERT_EQ(motions.cols(), 3);
-  const Specimen specimen(problem, motions);
-  EXPECT_EQ(specimen.data(), 5);
-  const Specimen::Model model = specimen.model(
-      {std::make_shared<KernelOperator>(problem.system.kernel), problem.system.noise, problem.lambda, 1});
-  const VectorXd end = problem.source.reshaped();
-  const VectorXd moved = end + motions * VectorXd{{0.3, -0.2, 0.1}};
-  EXPECT_LE((specimen.residual(model, end) - specimen.residual(model, moved)).norm(), 1e-12);
-  EXPECT_NEAR(specimen.log_volume(model), 5 * std::log(std::sqrt(2 * M_PI) * kSigma), 1e-9);
-  EXPECT_LE((specimen.projection() * motions).norm(), 1e-12);
-  EXPECT_LE(
-      (specimen.projection() * specimen.projection().transpose() * kSigma * kSigma - MatrixXd::Identity(5, 5)).norm(),
-      1e-12);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "pulson/core/alignment.hpp"
 #include "pulson/core/estimate.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/inference/diagnostics.hpp"
@@ -38,9 +39,8 @@ struct PosteriorProblem {
   /// How far each landmark of the target is believed, N, where there is a loss: found once by the robust fit of the
   /// linear model and held; σ²κ/w is the variance of its error (matching::LossWeight). Empty: no loss.
   Eigen::VectorXd weights{};
-  /// Of each specimen, what an alignment took out of its data: orthonormal columns in the coordinates observed, dN×k,
-  /// of flat prior. Empty: nothing is.
-  std::vector<Eigen::MatrixXd> motions;
+  /// The motions of each shape that an alignment took out of its landmarks, of a flat prior.
+  AlignmentKind pose = AlignmentKind::kNone;
   /// Of the one specimen, whose source is at the root, without momenta there: parents before their children, those of
   /// one branch one after the other. Empty: each specimen is one path from source to target.
   std::vector<Branch> tree;

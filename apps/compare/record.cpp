@@ -184,10 +184,27 @@ std::string shapes_csv(const compare::Comparison& comparison) {
 }
 
 std::string models_csv(const compare::Comparison& comparison) {
-  const Facts<ModelRow> facts =
-      chosen(model_facts(), {"log_evidence", "laplace", "score", "difference", "weight", "p_value", "noise_share",
-                             "greatest_noise_share", "rms", "energy", "action", "total", "matched", "order_inversions",
-                             "flipped_triangles", "folded_fraction", "energy_score", "coverage_90", "converged"});
+  const Facts<ModelRow> facts = chosen(model_facts(), {"log_evidence",
+                                                       "laplace",
+                                                       "score",
+                                                       "difference",
+                                                       "weight",
+                                                       "p_value",
+                                                       "noise_share",
+                                                       "greatest_noise_share",
+                                                       "recognised",
+                                                       "recognised_share",
+                                                       "rms",
+                                                       "energy",
+                                                       "action",
+                                                       "total",
+                                                       "matched",
+                                                       "order_inversions",
+                                                       "flipped_triangles",
+                                                       "folded_fraction",
+                                                       "energy_score",
+                                                       "coverage_90",
+                                                       "converged"});
   const std::vector<ModelRow> rows = model_rows(comparison);
   text::CsvTable table;
   table.words({"noise", "number", "value", "low_90", "high_90", "vanishes"});

@@ -26,8 +26,9 @@ Facts<ModelRow> short_names(Facts<ModelRow> facts) {
 
 html::ReportTable evidence_table(const std::vector<ModelRow>& rows) {
   return report_table(
-      short_names(chosen(model_facts(), {"noise", "difference", "weight", "p_value", "log_evidence", "laplace",
-                                         "fitted", "noise_share", "greatest_noise_share", "converged"})),
+      short_names(chosen(model_facts(),
+                         {"noise", "difference", "weight", "p_value", "log_evidence", "laplace", "fitted",
+                          "noise_share", "greatest_noise_share", "recognised", "recognised_share", "converged"})),
       rows,
       "Evidence. A score is the log evidence minus (k/2) log n for k fitted numbers and n shapes, in nats, relative to "
       "the best model; p is the probability of as much evidence for noise where there is none; Laplace is Laplace's "

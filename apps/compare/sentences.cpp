@@ -61,6 +61,7 @@ std::string certainty(const Comparison& comparison) {
       -second.difference.value, std::isfinite(error) ? fmt::format(" ± {:.1f}", error) : "",
       shortened_spec(second.noise));
   if (const std::string range = sigma_range(comparison); !range.empty()) text += "; the verdict " + range;
+  if (const std::string power = recognition_words(comparison); !power.empty()) text += "; " + power;
   return text;
 }
 
@@ -112,6 +113,16 @@ std::string sigma_range(const Comparison& comparison) {
   for (const auto& range : ranges)
     parts.push_back(fmt::format("{} from {:.3g} to {:.3g}", range_name(comparison, range), range.low, range.high));
   return fmt::format("depends on sigma: {}", fmt::join(parts, ", "));
+}
+
+std::string recognition_words(const Comparison& comparison) {
+  std::vector<std::string> parts;
+  for (const ComparedModel& model : comparison.models)
+    if (model.recognition && model.recognition->noise_share > 0)
+      parts.push_back(fmt::format("{} of {:.0f} % of the variance in {:.0f} %", shortened_spec(model.noise),
+                                  100 * model.recognition->noise_share, 100 * model.recognition->part));
+  if (parts.empty()) return {};
+  return fmt::format("of cohorts like this one, noise would be recognised: {}", fmt::join(parts, ", "));
 }
 
 std::vector<std::string> four_sentences(const Comparison& comparison) {

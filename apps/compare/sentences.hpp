@@ -17,6 +17,9 @@ std::string misfit(const compare::Comparison& comparison);
 /// "is the same for sigma from 0.25 to 1", or "depends on sigma" and where it changes; empty where there is no profile.
 std::string sigma_range(const compare::Comparison& comparison);
 
+/// How often cohorts like this one would reveal each noise; empty where that was not found.
+std::string recognition_words(const compare::Comparison& comparison);
+
 /// What was asked, what was found, how sure that is, and what would change it.
 std::vector<std::string> four_sentences(const compare::Comparison& comparison);
 

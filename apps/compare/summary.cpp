@@ -176,6 +176,7 @@ void print_comparison(const compare::Comparison& comparison) {
   if (const std::string wrong = misfit(comparison); !wrong.empty()) print_text("misfit     {}\n", wrong);
   if (const std::string range = sigma_range(comparison); !range.empty())
     print_text("sigma      the verdict {} ({:.1f} s)\n", range, comparison.profile->seconds);
+  if (const std::string power = recognition_words(comparison); !power.empty()) print_text("power      {}\n", power);
 }
 
 void print_recovery(const std::vector<compare::RecoveryRow>& rows, const std::vector<std::string>& candidates,

@@ -16,6 +16,7 @@
 #include "notes.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
+#include "recognition.hpp"
 #include "sampled.hpp"
 #include "sampled_evidence.hpp"
 #include "statistics.hpp"
@@ -320,6 +321,8 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
   if (options.checks && std::ssize(shapes.targets) >= kFewestToJudge) {
     check_models(comparison, shapes);
     if (noises.size() > 1) comparison.profile = profile_sigma(comparison, noises);
+    const std::vector<std::optional<Recognition>> recognitions = find_recognitions(comparison, noises);
+    for (std::size_t m = 0; m < recognitions.size(); ++m) comparison.models[m].recognition = recognitions[m];
   }
   add_notes(comparison, options);
   return comparison;

@@ -57,7 +57,8 @@ LocalEvidence evidence_about(const EvidenceAt& evidence, const VectorXd& x, cons
                              const MatrixXd& metric, const Box& box) {
   const Index n = x.size(), groups = here.without_group.size();
   LocalEvidence local{
-      x, here, {here.value, VectorXd::Zero(n), MatrixXd::Zero(n, n)}, VectorXd::Zero(n), MatrixXd::Zero(n, groups)};
+      x,   here, {here.value, VectorXd::Zero(n), MatrixXd::Zero(n, n)}, VectorXd::Zero(n), MatrixXd::Zero(n, groups),
+      true};
   VectorXd curvatures(n);
   for (Index i = 0; i < n; ++i) {
     const double by_metric = std::max(metric(i, i), 1e-6);
@@ -65,7 +66,9 @@ LocalEvidence evidence_about(const EvidenceAt& evidence, const VectorXd& x, cons
     const auto beside = [&](double step) -> std::optional<Evidence> {
       const VectorXd to = x + step * VectorXd::Unit(n, i);
       if (to[i] < box.least[i] || to[i] > box.most[i]) return std::nullopt;
-      return evidence(to);
+      std::optional<Evidence> there = evidence(to);
+      local.is_known = local.is_known && there.has_value();
+      return there;
     };
     const std::optional<Evidence> above = beside(h), below = beside(-h);
     curvatures[i] = by_metric;

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "number_search.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::compare {
@@ -116,24 +117,39 @@ bool HeldNumber::improve(Known::iterator place, const Matches& near) {
   return true;
 }
 
-// Numbers and matches in turn, of which the best is kept.
+// Numbers and matches in turn, of which the best is kept. Where the linear models do not keep what they promise, as
+// where data hardly determine σ, by differences of the evidence.
 Matches HeldNumber::settled(double place, Matches best) const {
   Box box = cohort_.box();
   box.least[held_] = box.most[held_] = place;
   for (int turn = 0; turn < kTurnsAtPlace; ++turn) try {
-      const VectorXd there =
-          matching::maximise_by_newton([&](const VectorXd& x) { return cohort_.linear_value(best, x); },
-                                       [&](const VectorXd& x) { return cohort_.linear_evidence(best, x); }, box,
-                                       box.clipped(best.x))
-              .x;
-      Matches next = cohort_.match(there, &best, CohortModel::Effort::kRough);
+      const auto there = matching::maximise_by_newton(
+          [&](const VectorXd& x) { return cohort_.linear_value(best, x); },
+          [&](const VectorXd& x) { return cohort_.linear_evidence(best, x); }, box, box.clipped(best.x));
+      if (there.about.value - best.log_evidence < kGain) break;
+      Matches next = cohort_.match(there.x, &best, CohortModel::Effort::kRough);
       const double gain = next.log_evidence - best.log_evidence;
-      if (gain > 0) best = std::move(next);
+      if (gain < 0) return by_differences(best, box);
+      best = std::move(next);
       if (gain < kGain) break;
     } catch (const NumericalError&) {
       break;  // what was found stands
     }
   return best;
+}
+
+Matches HeldNumber::by_differences(const Matches& from, const matching::Box& box) const {
+  const auto evidence = [&](const VectorXd& x) -> std::optional<Evidence> {
+    try {
+      return Evidence{cohort_.match(x, &from, CohortModel::Effort::kRough).log_evidence, {}};
+    } catch (const NumericalError&) {
+      return std::nullopt;
+    }
+  };
+  const auto found =
+      maximise_evidence(evidence, from.x, metric_of(cohort_.linear_evidence(from, from.x).information), box);
+  if (!found || !(found->local.here.value > from.log_evidence)) return from;
+  return cohort_.match(found->local.x, &from, CohortModel::Effort::kRough);
 }
 
 }  // namespace pulson::compare

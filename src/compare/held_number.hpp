@@ -43,6 +43,7 @@ class HeldNumber {
   void carry_up(Known::iterator from_here);
   void carry_down(Known::iterator from_here);
   Matches settled(double place, Matches best) const;
+  Matches by_differences(const Matches& from, const matching::Box& box) const;
 
   const CohortModel& cohort_;
   Eigen::Index held_;

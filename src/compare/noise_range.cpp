@@ -101,7 +101,13 @@ double greatest_noise_share(const CohortModel& cohort, const Matches& about) {
     double low = *last, high = last == places.rbegin() ? low : *std::prev(last);
     double step = kStep;  // of the logarithm of the variance, from the end that moved towards the other
     bool low_moved = false;
-    for (int cut = 0; cut < kMostCuts && share_at(high) > kShareRatio * share_at(low) + kNoShare; ++cut) {
+    // The end is not that of a place where all is otherwise, and the share less than before.
+    const auto is_found = [&](double below, double above) {
+      const double share = share_at(below), next = share_at(above);
+      return next >= share ? next <= kShareRatio * share + kNoShare
+                           : std::expm1(above) <= kShareRatio * std::expm1(below);
+    };
+    for (int cut = 0; cut < kMostCuts && !is_found(low, high); ++cut) {
       double middle = crossing(low, fall(low), high, fall(high));
       if (cut > 0) middle = low_moved ? std::max(middle, moved(low, step)) : std::min(middle, moved(high, -step));
       middle = std::clamp(middle, low + kLeastPart * (high - low), high - kLeastPart * (high - low));
@@ -112,7 +118,7 @@ double greatest_noise_share(const CohortModel& cohort, const Matches& about) {
       low_moved = allowed;
       (allowed ? low : high) = middle;
     }
-    greatest = std::max(greatest, share_at(high));
+    greatest = std::max({greatest, share_at(low), share_at(high)});
   }
   return greatest;
 }

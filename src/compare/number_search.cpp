@@ -34,14 +34,17 @@ constexpr double kTrusted = 1.5;      // deviations from their matches within wh
 constexpr int kMostBases = 4, kMostImproved = 2;
 constexpr double kMayVanish = 3;  // deviations from 0 within which it is tried
 
-// Eigenvalues at least those of the greatest deviation.
+double distance(const MatrixXd& metric, const VectorXd& x) { return std::sqrt(x.dot(metric * x)); }
+
+}  // namespace
+
 MatrixXd metric_of(const MatrixXd& information) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(information);
   return axes.eigenvectors() * axes.eigenvalues().cwiseMax(std::pow(kMostDeviation, -2)).asDiagonal() *
          axes.eigenvectors().transpose();
 }
 
-double distance(const MatrixXd& metric, const VectorXd& x) { return std::sqrt(x.dot(metric * x)); }
+namespace {
 
 class Search {
  public:
@@ -252,6 +255,8 @@ class Search {
       const EvidenceAt evidence = this->evidence(found);
       std::optional<EvidenceMaximum> best = maximise_evidence(evidence, found.about.x, metric, box_);
       if (!best) break;
+      // A maximum beyond the places that the samples know is sought by Laplace's approximation.
+      if (found.sampled && !best->converged && !best->local.is_known) return climbed({found.about, {}, false});
       vanish_if_likelier(evidence, metric, *best);
       const double far = distance(metric, best->local.x - found.about.x);
       found.maximum = std::move(best);

@@ -27,6 +27,10 @@ Found find_numbers(const CohortModel& cohort, const Matches* also = nullptr);
 /// The first of these alone.
 Found find_numbers_roughly(const CohortModel& cohort);
 
+/// Fisher's information with eigenvalues of at least that of a deviation of 2, for steps of numbers that are hardly
+/// determined.
+Eigen::MatrixXd metric_of(const Eigen::MatrixXd& information);
+
 /// Matches with one number held at a place, the others from a few widths of the kernel. None where some shape has no
 /// path.
 std::optional<Matches> find_matches_at(const CohortModel& cohort, Eigen::Index held, double place);

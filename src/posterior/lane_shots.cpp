@@ -202,7 +202,8 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
               {},
               {}};
   for (std::size_t l = 0; l < shots.found.size(); ++l) shots.found[l] = found[l] != 0 ? 1 : 0;
-  for (Index l = 0; with == With::kSlopes && l < z.cols(); ++l) shots.slopes.push_back(slopes_of(rows, l, shots.ends.col(l)));
+  for (Index l = 0; with == With::kSlopes && l < z.cols(); ++l)
+    shots.slopes.push_back(slopes_of(rows, l, shots.ends.col(l)));
   for (Index l = 0; with == With::kProducts && l < z.cols(); ++l) {
     MatrixXd of_end(size, n);
     for (Index i = 0; i < size * n; ++i) of_end.reshaped()[i] = slopes[static_cast<std::size_t>(i * lanes + l)];

@@ -17,8 +17,8 @@ struct LaneShotArguments {
   int steps = 0;
   bool derivatives = false;  ///< of q(T), dN rows, or the paths alone
   int columns = 0;           ///< n, of `slopes`
-  bool heun = false;  ///< its steps in place of those of `variational-2`: of paths alone, and additive noise
-  double half = 0;    ///< ½Δt
+  bool heun = false;         ///< its steps in place of those of `variational-2`: of paths alone, and additive noise
+  double half = 0;           ///< ½Δt
   const std::vector<KernelTerm>* terms = nullptr;
   bool moves_positions = false, moves_momenta = false;  ///< the noise
   const double* q0 = nullptr;                           ///< dN, the same in all lanes

@@ -14,8 +14,8 @@ namespace pulson::posterior {
 ///
 /// Z(y) the directions in which motions move y, so that gq − y does not depend on the pose of q; of equal weights that
 /// is the best fit. Integrated over the poses with a flat prior (Haar measure) the likelihood is that of gq − y but for
-/// Z(y), up to (|gq − y|/|y|)². With Z of the source and q for gq it is so only up to |q − y|/|y|, which in cohorts whose
-/// shapes differ by more than their errors is seen. Thread-safe.
+/// Z(y), up to (|gq − y|/|y|)². With Z of the source and q for gq it is so only up to |q − y|/|y|, which in cohorts
+/// whose shapes differ by more than their errors is seen. Thread-safe.
 class Pose {
  public:
   /// @param source which stands for the coordinates that y lacks in Z(y)

@@ -6,8 +6,8 @@
 
 #include <Eigen/Core>
 
-#include "pulson/matching/objective.hpp"
 #include "pose.hpp"
+#include "pulson/matching/objective.hpp"
 #include "pulson/posterior/branch.hpp"
 
 namespace pulson::posterior {

@@ -80,8 +80,8 @@ INSTANTIATE_TEST_SUITE_P(All, OfKinds,
                                                           AlignmentKind::kSimilarity, AlignmentKind::kAffine),
                                           testing::Values(1, 2, 3)),
                          [](const auto& of) {
-                           return alignment_name(std::get<0>(of.param)) + "In" +
-                                  std::to_string(std::get<1>(of.param)) + "D";
+                           return alignment_name(std::get<0>(of.param)) + "In" + std::to_string(std::get<1>(of.param)) +
+                                  "D";
                          });
 
 TEST_P(OfKinds, ThePoseOfPositionsIsLeftOut) {

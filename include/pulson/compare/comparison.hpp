@@ -74,8 +74,8 @@ struct CompareOptions {
   bool sampled_evidence =
       false;          ///< whether models are ranked by the evidence of Markov chains at their fitted numbers
   int bootstrap = 0;  ///< cohorts drawn without noise for each p-value; 0: from its limit for many shapes
-  /// Whether the best model is checked by the cohorts that it draws, the others where it fails, and the verdict over σ;
-  /// of four shapes or more.
+  /// Whether the best model is checked by the cohorts that it draws, the others where it fails, and the verdict over σ,
+  /// and how often each model would be recognised; of four shapes or more.
   bool checks = true;
   /// Called before each model is fitted, for progress.
   std::function<void(int model, const std::string& noise)> on_model{};
@@ -89,6 +89,14 @@ struct LeastCostPaths {
   Estimate order_inversions, flipped_triangles;
   int matched = 0;    ///< shapes whose rms is at most 3σ
   int converged = 0;  ///< shapes whose search did
+};
+
+/// How often cohorts of as many shapes, drawn from a model, would reveal it: its score is the greatest, and more than 3
+/// above that of `none`; of `none`, no other's is. By the models linear at rest.
+struct Recognition {
+  double noise_share = 0;  ///< of the variance of what was drawn: as fitted, or a third where less than a tenth was
+  double part = 0;         ///< of the cohorts
+  int cohorts = 0;
 };
 
 /// One model of a comparison. Standard errors are over the shapes; NaN where there is one shape.
@@ -111,6 +119,7 @@ struct ComparedModel {
   Eigen::VectorXd
       noise_displacement;  ///< N: displacement of each landmark by the noise, root mean square over the shapes
   std::optional<PredictiveChecks> checks{};  ///< of the best model, of the others where that fails
+  std::optional<Recognition> recognition{};  ///< where `none` was compared, too
   int lost_samples = 0;                      ///< forward samples without a path
   double seconds = 0;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 #include <initializer_list>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -16,15 +17,18 @@
 
 namespace pulson {
 
-/// What a fact is of a row: a number, NaN where there is none, one with its standard error, a count, a text or whether
-/// something is so.
-using FactValue = std::variant<double, Estimate, long, std::string, bool>;
+/// What a fact is of a row: a number, one that may be undefined, one with its standard error, a count, a text or
+/// whether something is so. NaN is missing where it is read; a record refuses it but for numbers that may be undefined.
+using FactValue = std::variant<double, std::optional<double>, Estimate, long, std::string, bool>;
+
+/// Nothing where it is not finite.
+std::optional<double> defined(double value);
 
 /// What is known of each row of a table, written down once: the summary, the page, the csv and the JSON take it from
 /// here, and docs list it.
 template <class Row>
 struct Fact {
-  std::string_view key;          ///< of the csv and the JSON; of a standard error KEY_error
+  std::string_view key;          ///< of the csv and the JSON, where `a.b` is b of the object a
   std::string_view heading;      ///< of the summary and the page
   std::string_view description;  ///< with its unit
   const char* format;            ///< of a number where it is read; of a specification any: its numbers are shortened
@@ -39,10 +43,10 @@ using Facts = std::vector<Fact<Row>>;
 std::string fact_text(const FactValue& value, const char* format, double times);
 bool is_missing(const FactValue& value);
 
-/// A cell, of an estimate two.
+/// A cell, of an estimate two, of which the second has the name KEY_error.
 void add_fact(text::CsvTable& table, const FactValue& value);
-/// Under its key; errors are in the object `standard_errors`. Numbers that may be missing are for the caller to make
-/// null, see records::defined_or_null(): records refuse others.
+/// Under its key; numbers that are undefined are null. Errors are in the object `standard_errors` under the same key;
+/// that of a key `value`, as in `log_evidence.value`, is the `standard_error` beside it.
 void add_fact(formats::Json& json, std::string_view key, const FactValue& value);
 
 template <class Row>
@@ -58,6 +62,18 @@ Facts<Row> chosen(const Facts<Row>& facts, std::initializer_list<std::string_vie
   Facts<Row> some;
   for (const std::string_view key : keys) some.push_back(fact_of(facts, key));
   return some;
+}
+
+/// As the fact of this key is read.
+template <class Row>
+std::string text_of(const Facts<Row>& facts, std::string_view key, const Row& row) {
+  const Fact<Row>& fact = fact_of(facts, key);
+  return fact_text(fact.value(row), fact.format, fact.times);
+}
+
+template <class Row>
+void add_facts(formats::Json& json, const Facts<Row>& facts, const Row& row) {
+  for (const Fact<Row>& fact : facts) add_fact(json, fact.key, fact.value(row));
 }
 
 template <class Row>

@@ -8,6 +8,8 @@
 #include "atlas/facts.hpp"
 #include "audit/facts.hpp"
 #include "compare/facts.hpp"
+#include "records/ensemble_facts.hpp"
+#include "records/registration_facts.hpp"
 #include "register/facts.hpp"
 #include "sample/facts.hpp"
 #include "shell/printing.hpp"
@@ -32,7 +34,8 @@ ColumnsOfFiles columns(std::string_view files, const Facts<Row>& facts) {
 }
 
 std::vector<ColumnsOfFiles> all_columns() {
-  return {columns("register of a cohort: cohort.csv, \"specimens\" of cohort.json", match_facts()),
+  return {columns("register: registration.json", records::registration_facts()),
+          columns("register of a cohort: cohort.csv, \"specimens\" of cohort.json", match_facts()),
           columns("atlas: atlas.json", atlas_facts()),
           columns("atlas: specimens.csv, \"specimens\" of atlas.json", specimen_facts()),
           columns("atlas: modes.csv", mode_facts()),
@@ -42,6 +45,7 @@ std::vector<ColumnsOfFiles> all_columns() {
           columns("audit --repeats: \"repeats.landmarks\" of audit.json", repeat_facts()),
           columns("compare: models.csv, \"models\" of comparison.json", model_facts()),
           columns("compare: shapes.csv", shape_facts()),
+          columns("ensemble: ensemble.json, sweep.csv, \"sweep\" of sweep.json", records::ensemble_facts()),
           columns("sample: summary.json", posterior_facts()),
           columns("sample: convergence in summary.json", convergence_facts()),
           columns("sample: \"confirmation\" of summary.json", confirmation_facts()),

@@ -1,4 +1,4 @@
-#include "shell/facts.hpp"
+#include "facts.hpp"
 
 #include <cmath>
 
@@ -7,7 +7,7 @@
 
 #include "core/text.hpp"
 #include "pulson/core/name_table.hpp"
-#include "records/record_text.hpp"
+#include "record_text.hpp"
 
 namespace pulson {
 namespace {
@@ -39,6 +39,7 @@ std::string fact_text(const FactValue& value, const char* format, double times) 
     return text + " ± " + number_text(times * estimate->standard_error, "{:.2g}");
   }
   if (const long* count = std::get_if<long>(&value)) return std::to_string(*count);
+  if (const std::uint64_t* seed = std::get_if<std::uint64_t>(&value)) return std::to_string(*seed);
   if (const bool* is_so = std::get_if<bool>(&value)) return *is_so ? "yes" : "no";
   const auto& text = std::get<std::string>(value);
   return std::string_view(format).empty() ? text : shortened_spec(text);
@@ -50,6 +51,7 @@ void add_fact(text::CsvTable& table, const FactValue& value) {
   if (const Estimate* estimate = std::get_if<Estimate>(&value))
     table.numbers(estimate->value, estimate->standard_error);
   if (const long* count = std::get_if<long>(&value)) table.number(*count);
+  if (const std::uint64_t* seed = std::get_if<std::uint64_t>(&value)) table.number(*seed);
   if (const bool* is_so = std::get_if<bool>(&value)) table.number(*is_so ? 1 : 0);
   if (const std::string* text = std::get_if<std::string>(&value)) table.text(*text);
 }
@@ -62,6 +64,7 @@ void add_fact(formats::Json& json, std::string_view key, const FactValue& value)
   if (const auto* number = std::get_if<std::optional<double>>(&value))
     place = *number ? formats::Json(**number) : formats::Json(nullptr);
   if (const long* count = std::get_if<long>(&value)) place = *count;
+  if (const std::uint64_t* seed = std::get_if<std::uint64_t>(&value)) place = *seed;
   if (const bool* is_so = std::get_if<bool>(&value)) place = *is_so;
   if (const std::string* text = std::get_if<std::string>(&value)) place = *text;
   if (const Estimate* estimate = std::get_if<Estimate>(&value)) {

@@ -1,6 +1,5 @@
 // The verb `sample`: what it writes, and what it refuses.
 
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -50,31 +49,6 @@ TEST_F(SampleProgram, WritesDrawsAndTheirSummary) {
   EXPECT_TRUE(summary["log_evidence"]["value"].is_number());
   EXPECT_EQ(summary["converged"].get<bool>(), done.exit_code == 0);
   EXPECT_EQ(count_lines(contents("out/draws.csv")), 81U);
-}
-
-// Each fact that is listed is written, under its key.
-TEST_F(SampleProgram, WritesAllThatIsListed) {
-  ASSERT_EQ(run({"info", "columns", "--json", "columns.json"}).exit_code, 0);
-  ASSERT_NE(
-      sample_pair("-o out --noise ch-sd:beta=1 --steps 2 --chains 2 --draws 8 --warmup 4 --searches 1 --no-picture")
-          .exit_code,
-      2);
-  const nlohmann::json summary = read_json("out/summary.json"), listed = read_json("columns.json");
-  int tables = 0;
-  for (const auto& table : listed["columns"]) {
-    const auto files = table["files"].get<std::string>();
-    const bool is_of_draws = files.starts_with("sample: \"parameters\"");
-    if (!files.starts_with("sample: ") || files.find("confirmation") != std::string::npos) continue;
-    ++tables;
-    for (const auto& column : table["columns"]) {
-      std::string key = column["key"];
-      std::replace(key.begin(), key.end(), '.', '/');
-      const nlohmann::json::json_pointer pointer((is_of_draws ? "/momenta/0/" : "/") + key);
-      EXPECT_TRUE(summary.contains(pointer)) << key;
-      EXPECT_FALSE(column["description"].get<std::string>().empty()) << key;
-    }
-  }
-  EXPECT_EQ(tables, 4);
 }
 
 using SampleSignals = WithSignals<SampleProgram>;

@@ -109,7 +109,7 @@ bool AtlasResults::converged() const {
 std::string atlas_json(const AtlasResults& results) {
   const cohort::Atlas& atlas = results.atlas;
   Json json;
-  for (const Fact<AtlasResults>& fact : atlas_facts()) add_fact(json, fact.key, fact.value(results));
+  add_facts(json, atlas_facts(), results);
   if (!atlas.loss.empty()) json["loss"] = atlas.loss;
   json["template"] = landmarks(atlas.template_shape.points);
   json["specimens"] = Json::array();

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "core/first_names.hpp"
 #include "core/text.hpp"
 #include "shell/messages.hpp"
 
@@ -22,14 +23,11 @@ std::vector<std::string> landmark_names_of(const Landmarks& shape, const std::ve
 bool is_certain(const Finding& finding) { return std::isinf(finding.log_odds); }
 
 // Of a size or of missing landmarks there is no distance.
-double distance_of(const Finding& finding, double distance) {
-  return finding.before == 0 && finding.after == 0 ? text::kMissing : distance;
+std::optional<double> distance_of(const Finding& finding, double distance) {
+  return finding.before == 0 && finding.after == 0 ? std::nullopt : std::optional(distance);
 }
 
-double odds_of(const Finding& finding) {
-  const double odds = std::exp(finding.log_odds);
-  return std::isfinite(odds) ? odds : text::kMissing;
-}
+std::optional<double> odds_of(const Finding& finding) { return defined(std::exp(finding.log_odds)); }
 
 }  // namespace
 
@@ -40,11 +38,7 @@ std::string detail_of(const Finding& finding) {
 
 std::string some_names(const Landmarks& shape, const std::vector<int>& landmarks) {
   constexpr std::size_t kMost = 8;
-  std::vector<std::string> names = landmark_names_of(shape, landmarks);
-  const std::size_t count = names.size();
-  if (count <= kMost) return fmt::format("{}", fmt::join(names, ", "));
-  names.resize(kMost - 2);
-  return fmt::format("{}, … ({})", fmt::join(names, ", "), count);
+  return text::first_of(landmark_names_of(shape, landmarks), kMost);
 }
 
 const Facts<FindingRow>& finding_facts() {
@@ -64,7 +58,7 @@ const Facts<FindingRow>& finding_facts() {
       {"log_ratio", "log ratio",
        "likelihood with this mended over that without, natural logarithm; NA where no model "
        "is needed",
-       "{:.4g}", [](const R& r) { return is_certain(*r.finding) ? text::kMissing : r.finding->log_ratio; }},
+       "{:.4g}", [](const R& r) { return defined(is_certain(*r.finding) ? text::kMissing : r.finding->log_ratio); }},
       {"odds", "odds", "of this error against none; NA where they are certain, or more than 1e308", "{:.4g}",
        [](const R& r) { return odds_of(*r.finding); }},
       {"distance_before", "rms before",
@@ -89,7 +83,7 @@ const Facts<RepeatRow>& repeat_facts() {
       {"bias", "bias", "root mean square distance of the sessions' means from their mean, length units", "{:.4g}",
        [](const R& r) {
          const auto& bias = r.results->repeats->bias;
-         return bias ? bias->distances[r.landmark] : text::kMissing;
+         return bias ? defined(bias->distances[r.landmark]) : std::nullopt;
        }}};
   return facts;
 }

@@ -24,11 +24,8 @@ Json landmarks_json(const FindingRow& row) {
 
 Json finding_json(const FindingRow& row) {
   Json json;
-  for (const Fact<FindingRow>& fact : finding_facts()) {
-    add_fact(json, fact.key, fact.value(row));
-    if (fact.key == "landmarks") json["landmarks"] = landmarks_json(row);
-    if (is_missing(fact.value(row))) json[std::string(fact.key)] = nullptr;
-  }
+  add_facts(json, finding_facts(), row);
+  json["landmarks"] = landmarks_json(row);
   return json;
 }
 
@@ -44,10 +41,7 @@ Json repeats_json(const AuditResults& results) {
   json["landmarks"] = Json::array();
   for (const RepeatRow& row : repeat_rows(results)) {
     Json landmark;
-    for (const Fact<RepeatRow>& fact : repeat_facts()) {
-      add_fact(landmark, fact.key, fact.value(row));
-      if (is_missing(fact.value(row))) landmark[std::string(fact.key)] = nullptr;
-    }
+    add_facts(landmark, repeat_facts(), row);
     Json& covariance = landmark["covariance"] = Json::array();
     for (const auto& line : repeats.covariances[static_cast<std::size_t>(row.landmark)].rowwise())
       covariance.push_back(std::vector<double>(line.begin(), line.end()));

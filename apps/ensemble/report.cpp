@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "records/ensemble_facts.hpp"
+#include "shell/facts.hpp"
 #include "shell/messages.hpp"
 #include "shell/probability_text.hpp"
 #include "shell/report_parts.hpp"
@@ -10,14 +12,12 @@
 namespace pulson {
 namespace {
 
-bool is_on_line(const records::EnsembleRun& run) { return run.shape.dimension() == 1; }
-
 std::string lead(const records::EnsembleRun& run) {
   const ensemble::PathCounts& paths = run.sums.paths;
   std::string text =
       fmt::format("{} of {} in {}D to t = {:.4g}, {} of them clean.", counted(run.sums.samples, "sample path"),
                   counted(run.shape.count(), "landmark"), run.shape.dimension(), run.options.grid.time, paths.clean);
-  if (is_on_line(run) && run.shape.count() > 1 && paths.clean > 0) {
+  if (run.has_crossing()) {
     const Estimate crossing = run.sums.crossing_probability();
     text +=
         fmt::format(" The order has changed at the end with probability {}.", probability_text(crossing, paths.clean));
@@ -61,17 +61,13 @@ std::optional<html::ReportMotion> motion_of(const records::EnsembleRun& run, con
 }
 
 html::ReportTable facts(const records::EnsembleRun& run) {
-  FactTable table = settings(run);
-  const ensemble::PathCounts& paths = run.sums.paths;
-  table.add("clean paths", fmt::to_string(paths.clean));
-  table.add("paths without a root", fmt::to_string(paths.no_root));
-  table.add(fmt::format("paths with momenta beyond {}", short_number(run.options.momentum_bound)),
-            fmt::to_string(paths.momentum_bound));
-  if (is_on_line(run) && run.shape.count() > 1 && paths.clean > 0)
-    table.add("fraction of paths out of order at some step",
-              report_number(static_cast<double>(run.sums.crossing.ever) / static_cast<double>(paths.clean)));
-  table.add("seconds", fmt::format("{:.2f}", run.seconds));
-  return std::move(table).table();
+  html::ReportTable table =
+      report_facts(chosen(records::ensemble_facts(),
+                          {"kernel", "noise", "integrator", "time", "steps", "seed", "paths.clean", "paths.no_root",
+                           "paths.momentum_bound", "momentum_bound", "crossing.ever", "momentum_error_max", "seconds"}),
+                   run, "setting");
+  table.rows.insert(table.rows.begin(), {{"start"}, {start_text(run.shape)}});
+  return table;
 }
 
 // Mean and standard deviation of each landmark's position at the end.

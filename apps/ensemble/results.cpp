@@ -6,6 +6,7 @@
 
 #include "picture.hpp"
 #include "pulson/formats/landmark_files.hpp"
+#include "records/ensemble_facts.hpp"
 #include "report.hpp"
 #include "shell/help_groups.hpp"
 #include "shell/messages.hpp"
@@ -78,22 +79,18 @@ void write_results(const records::EnsembleRun& run, const EnsembleOutput& argume
 
 void print_summary(const records::EnsembleRun& run) {
   const ensemble::EnsembleSums& sums = run.sums;
-  const TimeGrid& grid = run.options.grid;
-  print_text("{}{} paths of {} landmarks in {}D to t = {:.4g}: {} steps of {:.4g}, seed {}{}\n",
-             run.partial() ? "PARTIAL: " : "", sums.samples, run.shape.count(), run.shape.dimension(), grid.time,
-             grid.steps, grid.dt(), run.options.seed, run.options.antithetic ? ", antithetic" : "");
-  print_text("model      {}, noise {}, integrator {}\n", run.system.kernel.spec(4),
-             shortened_spec(run.system.noise->spec()), run.integrator);
-  print_text("sampled    in {:.2f} s on {}, {}\n", run.seconds,
-             counted(static_cast<std::size_t>(run.threads), "thread"), run.method);
-  print_text("paths      {} clean, {} without a root, {} with momenta beyond {}, {} ties\n", sums.paths.clean,
-             sums.paths.no_root, sums.paths.momentum_bound, short_number(run.options.momentum_bound), sums.paths.tie);
-  if (run.shape.dimension() == 1 && run.shape.count() > 1 && sums.paths.clean > 0) {
-    const Estimate crossing = sums.crossing_probability();
-    print_text("crossing   {} of the clean paths end in a different order; {:.4g} were in one at some step\n",
-               probability_text(crossing, sums.paths.clean),
-               static_cast<double>(sums.crossing.ever) / static_cast<double>(sums.paths.clean));
-  }
+  const auto text = [&](std::string_view key) { return text_of(records::ensemble_facts(), key, run); };
+  print_text("{}{} paths of {} landmarks in {}D to t = {}: {} steps of {}, seed {}{}\n",
+             run.partial() ? "PARTIAL: " : "", text("samples"), run.shape.count(), run.shape.dimension(), text("time"),
+             text("steps"), text("dt"), text("seed"), run.options.antithetic ? ", antithetic" : "");
+  print_text("model      {}, noise {}, integrator {}\n", text("kernel"), text("noise"), text("integrator"));
+  print_text("sampled    in {} s on {}, {}\n", text("seconds"), counted(run.threads, "thread"), text("method"));
+  print_text("paths      {} clean, {} without a root, {} with momenta beyond {}, {} ties\n", text("paths.clean"),
+             text("paths.no_root"), text("paths.momentum_bound"), short_number(run.options.momentum_bound),
+             text("paths.tie"));
+  if (run.has_crossing())
+    print_text("crossing   {} of the clean paths end in a different order; {} were in one at some step\n",
+               probability_text(sums.crossing_probability(), sums.paths.clean), text("crossing.ever"));
   const NoiseTraits traits = run.system.noise->traits();
   if (traits.translation_invariant && traits.hamiltonian && sums.paths.clean > 0)
     print_text("momentum   total {}\n", conservation(sums.momentum_error));

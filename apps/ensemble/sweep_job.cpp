@@ -2,8 +2,12 @@
 
 #include "sweep_job.hpp"
 
+#include <functional>
+
 #include <fmt/format.h>
 
+#include "records/ensemble_facts.hpp"
+#include "shell/facts.hpp"
 #include "shell/path_options.hpp"
 #include "shell/probability_text.hpp"
 #include "shell/report_parts.hpp"
@@ -76,30 +80,24 @@ std::string crossing_text(const records::SweepPoint& point) {
 }
 
 html::ReportTable sweep_table(const SweepJob& job, const std::vector<records::SweepPoint>& points) {
-  html::ReportTable table{
-      {job.sweep.parameter, "probability of crossing", "clean paths", "no root", "momenta beyond the bound"}, {}};
-  for (const records::SweepPoint& point : points) {
-    const ensemble::PathCounts& paths = point.run.sums.paths;
-    table.rows.push_back({{fmt::format("{:g}", point.value)},
-                          {crossing_text(point)},
-                          {fmt::to_string(paths.clean)},
-                          {fmt::to_string(paths.no_root)},
-                          {fmt::to_string(paths.momentum_bound)}});
-  }
+  std::vector<std::reference_wrapper<const records::EnsembleRun>> runs;
+  for (const records::SweepPoint& point : points) runs.emplace_back(point.run);
+  html::ReportTable table = report_table(
+      chosen(records::ensemble_facts(), {"paths.clean", "paths.no_root", "paths.momentum_bound"}), runs, "");
+  table.header.insert(table.header.begin(), {job.sweep.parameter, "probability of crossing"});
+  for (std::size_t i = 0; i < points.size(); ++i)
+    table.rows[i].insert(table.rows[i].begin(), {{fmt::format("{:g}", points[i].value)}, {crossing_text(points[i])}});
   return table;
 }
 
 html::ReportTable sweep_settings(const SweepJob& job) {
   const SweptParameter parameter = parameter_of(job);
-  FactTable table("setting");
-  table.add("start", start_text(job.base.shape));
-  table.add("kernel", parameter.kernel());
-  table.add("noise", parameter.noise());
-  table.add("integrator", job.base.integrator);
-  table.add("time", job.base.options.grid.time);
-  table.add("steps", fmt::to_string(job.base.options.grid.steps));
-  table.add("seed", fmt::to_string(job.base.options.seed));
-  return std::move(table).table();
+  html::ReportTable table =
+      report_facts(chosen(records::ensemble_facts(), {"integrator", "time", "steps", "seed"}), job.base, "setting");
+  table.rows.insert(table.rows.begin(), {{{"start"}, {start_text(job.base.shape)}},
+                                         {{"kernel"}, {parameter.kernel()}},
+                                         {{"noise"}, {parameter.noise()}}});
+  return table;
 }
 
 html::HtmlReport sweep_report(const SweepJob& job, const std::vector<records::SweepPoint>& points,

@@ -1,38 +1,78 @@
 #include "info/columns.hpp"
 
 #include <algorithm>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "atlas/facts.hpp"
 #include "audit/facts.hpp"
 #include "compare/facts.hpp"
+#include "records/ensemble_facts.hpp"
+#include "records/registration_facts.hpp"
 #include "register/facts.hpp"
+#include "sample/facts.hpp"
 #include "shell/printing.hpp"
 
 namespace pulson {
 namespace {
 
+struct Column {
+  std::string_view key, heading, description;
+};
+
+struct ColumnsOfFiles {
+  std::string_view files;
+  std::vector<Column> columns;
+};
+
 template <class Row>
-void print_facts(std::string_view files, const Facts<Row>& facts) {
-  std::size_t width = 0;
-  for (const Fact<Row>& fact : facts) width = std::max(width, fact.key.size());
-  print_text("{}\n", files);
-  for (const Fact<Row>& fact : facts) print_text("    {:<{}}  {}\n", fact.key, width, fact.description);
+ColumnsOfFiles columns(std::string_view files, const Facts<Row>& facts) {
+  ColumnsOfFiles all{files, {}};
+  for (const Fact<Row>& fact : facts) all.columns.push_back({fact.key, fact.heading, fact.description});
+  return all;
+}
+
+std::vector<ColumnsOfFiles> all_columns() {
+  return {columns("register: registration.json", records::registration_facts()),
+          columns("register of a cohort: cohort.csv, \"specimens\" of cohort.json", match_facts()),
+          columns("atlas: atlas.json", atlas_facts()),
+          columns("atlas: specimens.csv, \"specimens\" of atlas.json", specimen_facts()),
+          columns("atlas: modes.csv", mode_facts()),
+          columns("atlas: model.csv", term_facts()),
+          columns("atlas: pairs.csv", pair_facts()),
+          columns("audit: audit.csv, \"findings\" of audit.json", finding_facts()),
+          columns("audit --repeats: \"repeats.landmarks\" of audit.json", repeat_facts()),
+          columns("compare: models.csv, \"models\" of comparison.json", model_facts()),
+          columns("compare: shapes.csv", shape_facts()),
+          columns("ensemble: ensemble.json, sweep.csv, \"sweep\" of sweep.json", records::ensemble_facts()),
+          columns("sample: summary.json", posterior_facts()),
+          columns("sample: convergence in summary.json", convergence_facts()),
+          columns("sample: \"confirmation\" of summary.json", confirmation_facts()),
+          columns("sample: the model in summary.json and calibration.json", posterior_model_facts()),
+          columns("sample: \"parameters\", \"momenta\", \"path\" of summary.json, nodes.csv", draw_facts()),
+          columns("sample --tree: nodes.csv, \"tree\" of summary.json", node_facts())};
 }
 
 }  // namespace
 
 void print_columns() {
-  print_facts("register of a cohort: cohort.csv, \"specimens\" of cohort.json", match_facts());
-  print_facts("atlas: atlas.json", atlas_facts());
-  print_facts("atlas: specimens.csv, \"specimens\" of atlas.json", specimen_facts());
-  print_facts("atlas: modes.csv", mode_facts());
-  print_facts("atlas: model.csv", term_facts());
-  print_facts("atlas: pairs.csv", pair_facts());
-  print_facts("audit: audit.csv, \"findings\" of audit.json", finding_facts());
-  print_facts("audit --repeats: \"repeats.landmarks\" of audit.json", repeat_facts());
-  print_facts("compare: models.csv, \"models\" of comparison.json", model_facts());
-  print_facts("compare: shapes.csv", shape_facts());
+  for (const ColumnsOfFiles& table : all_columns()) {
+    std::size_t width = 0;
+    for (const Column& column : table.columns) width = std::max(width, column.key.size());
+    print_text("{}\n", table.files);
+    for (const Column& column : table.columns) print_text("    {:<{}}  {}\n", column.key, width, column.description);
+  }
+}
+
+formats::Json columns_json() {
+  formats::Json tables = formats::Json::array();
+  for (const ColumnsOfFiles& table : all_columns()) {
+    formats::Json& columns = tables.emplace_back(formats::Json{{"files", table.files}})["columns"];
+    for (const Column& column : table.columns)
+      columns.push_back({{"key", column.key}, {"heading", column.heading}, {"description", column.description}});
+  }
+  return {{"columns", std::move(tables)}};
 }
 
 }  // namespace pulson

@@ -347,7 +347,10 @@ void print_one(const std::string& what, const FileInfoOptions& options) {
     if (write_json(options.json, [] { return defaults_json(); })) print_defaults();
     return;
   }
-  if (what == "columns") return print_columns();
+  if (what == "columns") {
+    if (write_json(options.json, [] { return json_text(columns_json()); })) print_columns();
+    return;
+  }
   if (what == "kernels") return print_table(kernel_table());
   if (what == "noises") return print_table(noise_table());
   if (what == "integrators") return print_table(integrator_table());
@@ -377,9 +380,9 @@ void add_info_verb(CLI::App& program) {
       verb->add_option("WHAT", *what, "kernels, noises, integrators, formats, defaults, columns, or landmark files"))
       ->required();
   verb->add_flag("--all", options->all, "list all shapes of the file, not only the first 20");
-  writes_file(verb->add_option(
-      "--json", options->json,
-      "also write the contents, or the defaults, as JSON to this file; -: to standard output, without the text"));
+  writes_file(verb->add_option("--json", options->json,
+                               "also write the contents, the defaults or the columns as JSON to this file; -: to "
+                               "standard output, without the text"));
   add_quiet_option(*verb);
   add_read_options(*verb, options->reading);
   verb->footer(

@@ -17,11 +17,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// What is undetermined for few landmarks, and for curves.
-bool is_of_prediction(std::string_view key) {
-  return key == "prediction_error" || key == "alignment_error" || key == "doubted";
-}
-
 Json specimen_json(const SpecimenMatch& specimen) {
   Json json{{"name", specimen.name},
             {"folder", specimen.registration ? Json(specimen.folder) : Json(nullptr)},
@@ -34,9 +29,7 @@ Json specimen_json(const SpecimenMatch& specimen) {
   const matching::Registration& registration = *specimen.registration;
   json["record"] = specimen.folder + "/registration.json";
   for (const Fact<SpecimenMatch>& fact : match_facts())
-    if (!specimen.prediction && is_of_prediction(fact.key))
-      json[fact.key] = nullptr;
-    else if (fact.key != "specimen" && fact.key != "centroid_size")
+    if (fact.key != "specimen" && fact.key != "centroid_size")
       add_fact(json, fact.key, fact.value(specimen));
   json["kernel"] = registration.kernel;
   json["lambda"] = registration.lambda;

@@ -1,6 +1,7 @@
 #include "register/facts.hpp"
 
 #include <limits>
+#include <optional>
 
 namespace pulson {
 namespace {
@@ -15,10 +16,10 @@ double of_match(const SpecimenMatch& row, const Value& value) {
 
 using Prediction = matching::PredictionOfMatch;
 
-// NaN where prediction is undetermined.
+// Nothing where prediction is undetermined, as for few landmarks, and for curves.
 template <class Value>
-double of_prediction(const SpecimenMatch& row, const Value& value) {
-  return row.prediction ? value(*row.prediction) : std::numeric_limits<double>::quiet_NaN();
+std::optional<double> of_prediction(const SpecimenMatch& row, const Value& value) {
+  return row.prediction ? std::optional<double>(value(*row.prediction)) : std::nullopt;
 }
 
 }  // namespace

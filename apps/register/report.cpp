@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "pulson/core/name_table.hpp"
+#include "records/registration_facts.hpp"
 #include "registration_warnings.hpp"
+#include "shell/facts.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/program.hpp"
@@ -53,60 +56,45 @@ std::string lead(const matching::Registration& registration, const records::Regi
 }
 
 html::ReportTable numbers_table(const matching::Registration& registration, const records::RegistrationFacts& facts) {
-  FactTable table("quantity");
-  const auto add = [&](const std::string& name, const std::string& value) { table.add(name, value); };
-  add("matched", registration.matched() ? "yes" : "no");
-  if (registration.alignment.kind != AlignmentKind::kNone)
-    add("rms distance before the alignment", report_number(registration.original_rms()));
-  add("rms distance before", report_number(registration.initial_rms()));
-  add("rms distance after", report_number(registration.rms()));
+  html::ReportTable table =
+      report_facts(chosen(records::registration_facts(),
+                          {"matched", "original_rms", "initial_rms", "rms", "max_residual", "cost.total", "cost.energy",
+                           "cost.action", "cost.data", "converged", "stop_reason", "iterations", "seconds"}),
+                   registration, "quantity");
+  if (registration.alignment.kind == AlignmentKind::kNone) table.rows.erase(table.rows.begin() + 1);
+  const auto add = [&](const std::string& name, const std::string& value) { table.rows.push_back({{name}, {value}}); };
   if (const auto& prediction = facts.verdicts.prediction) {
     add("leave-one-out error", report_number(prediction->predictions.error()));
     add("leave-one-out error of the alignment", report_number(prediction->aligned.error()));
   } else if (registration.data.kind == matching::DataKind::kLandmarks) {
     add("leave-one-out error", "undetermined");
   }
-  add("largest distance", report_number(registration.max_residual()));
-  add("cost", report_number(registration.cost.total()));
-  add("energy", report_number(registration.cost.energy));
-  add("action", report_number(registration.cost.action));
-  add("data", report_number(registration.cost.data));
   if (registration.uncertainty) add("log evidence", report_number(registration.uncertainty->log_evidence));
   if (facts.counts.order_inversions) add("pairs that changed order", fmt::to_string(*facts.counts.order_inversions));
   if (facts.counts.flipped_triangles) add("triangles flipped", fmt::to_string(*facts.counts.flipped_triangles));
   if (facts.fitted)
     for (std::size_t i = 0; i < facts.fitted->names.size(); ++i)
       add(facts.fitted->names[i] + ", fitted", report_number(facts.fitted->values[static_cast<Eigen::Index>(i)]));
-  add("converged", registration.converged ? "yes" : "no: " + registration.stop_reason);
-  add("iterations", fmt::to_string(registration.iterations));
-  add("seconds", fmt::format("{:.2f}", registration.seconds));
-  return std::move(table).table();
+  return table;
 }
 
 html::ReportTable model_table(const matching::Registration& registration) {
-  FactTable table("setting");
-  const auto add = [&](const std::string& name, const std::string& value) { table.add(name, value); };
+  Facts<matching::Registration> facts =
+      chosen(records::registration_facts(),
+             {"kernel", "noise", "mode", "sigma", "lambda", "integrator", "time", "steps", "solver"});
+  if (registration.mode == matching::MatchingMode::kPathwise || registration.samples > 1)
+    std::ranges::copy(chosen(records::registration_facts(), {"samples", "seed"}), std::back_inserter(facts));
+  html::ReportTable table = report_facts(facts, registration, "setting");
+  const auto add = [&](const std::string& name, const std::string& value) { table.rows.push_back({{name}, {value}}); };
   add("source", registration.original.source);
   add("target", registration.target.source);
   if (registration.alignment.kind != AlignmentKind::kNone)
     add("aligned", fmt::format("{}, scale {}", alignment_name(registration.alignment.kind),
                                report_number(registration.alignment.scale)));
-  add("kernel", registration_system(registration).kernel.spec(4));
-  add("noise", registration.noise);
-  add("mode", mode_name(registration.mode));
   if (registration.data.kind != matching::DataKind::kLandmarks)
     add("data", fmt::format("{} of width {}", data_kind_name(registration.data.kind),
                             report_number(registration.data.width.value_or(std::nan("")))));
-  add("sigma", report_number(registration.sigma));
-  add("lambda", report_number(registration.lambda));
-  add("integrator", registration.integrator);
-  add("time", report_number(registration.grid.time));
-  add("steps", fmt::to_string(registration.grid.steps));
-  add("search", solver_name(registration.solver));
-  if (registration.samples > 1) add("realisations", fmt::to_string(registration.samples));
-  if (registration.mode == matching::MatchingMode::kPathwise || registration.samples > 1)
-    add("seed", fmt::to_string(registration.seed));
-  return std::move(table).table();
+  return table;
 }
 
 // Of each landmark, the fraction of its displacement that the noise did; NaN without a displacement. Empty where

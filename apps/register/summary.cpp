@@ -4,12 +4,17 @@
 
 #include <fmt/core.h>
 
+#include "records/registration_facts.hpp"
 #include "registration_warnings.hpp"
 #include "shell/messages.hpp"
 #include "verdict_texts.hpp"
 
 namespace pulson {
 namespace {
+
+std::string as_read(const matching::Registration& registration, std::string_view key) {
+  return text_of(records::registration_facts(), key, registration);
+}
 
 void print_alignment(const matching::Registration& registration) {
   if (registration.alignment.kind == AlignmentKind::kNone) return;
@@ -32,9 +37,9 @@ void print_kernel(const matching::Registration& registration, const std::string&
 }
 
 void print_model(const matching::Registration& registration) {
-  print_text("model      noise {}, mode {}, {} steps, sigma {:.4g}, lambda {:.4g}\n",
-             shortened_spec(registration.noise), mode_name(registration.mode), registration.grid.steps,
-             registration.sigma, registration.lambda);
+  print_text("model      noise {}, mode {}, {} steps, sigma {}, lambda {}\n", as_read(registration, "noise"),
+             as_read(registration, "mode"), as_read(registration, "steps"), as_read(registration, "sigma"),
+             as_read(registration, "lambda"));
   if (registration.data.kind != matching::DataKind::kLandmarks)
     print_text("data       {} of width {:.4g}, {} of the target\n", data_kind_name(registration.data.kind),
                *registration.data.width, counted(registration.target.count(), "point"));
@@ -51,10 +56,10 @@ void print_suspects(const matching::Registration& registration) {
 }
 
 void print_search(const matching::Registration& registration) {
-  print_text("{} {} of solver {} in {:.2f} s: {} (relative gradient {:.1e})\n",
+  print_text("{} {} of solver {} in {} s: {} (relative gradient {})\n",
              registration.converged ? "converged " : "STOPPED   ", counted(registration.iterations, "iteration"),
-             solver_name(registration.solver), registration.seconds, registration.stop_reason,
-             registration.relative_gradient);
+             as_read(registration, "solver"), as_read(registration, "seconds"), registration.stop_reason,
+             as_read(registration, "relative_gradient"));
 }
 
 // Nothing where all searches agree.
@@ -87,14 +92,15 @@ void print_distances(const matching::Registration& registration) {
   int worst = 0;
   const Eigen::VectorXd distances = registration.distances();
   distances.array().isNaN().select(-1, distances).maxCoeff(&worst);
-  print_text("rms        {:.4g} before, {:.4g} after, largest {:.4g} at landmark {}: {}\n", registration.initial_rms(),
-             registration.rms(), registration.max_residual(), registration.source.describe(worst),
+  print_text("rms        {} before, {} after, largest {} at landmark {}: {}\n", as_read(registration, "initial_rms"),
+             as_read(registration, "rms"), as_read(registration, "max_residual"), registration.source.describe(worst),
              registration.matched() ? "matched" : "NOT MATCHED");
 }
 
 void print_costs(const matching::Registration& registration, const records::RegistrationFacts& facts) {
-  print_text("cost       {:.4g} = energy {:.4g} + action {:.4g} + data {:.4g}\n", registration.cost.total(),
-             registration.cost.energy, registration.cost.action, registration.cost.data);
+  print_text("cost       {} = energy {} + action {} + data {}\n", as_read(registration, "cost.total"),
+             as_read(registration, "cost.energy"), as_read(registration, "cost.action"),
+             as_read(registration, "cost.data"));
   if (const auto& limit = registration.extrapolated)
     print_text("limit      J = {:.4g} as steps tend to 0, from {} and {} steps\n", limit->cost.total(),
                limit->coarse_steps, registration.grid.steps);

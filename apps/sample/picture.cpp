@@ -101,7 +101,7 @@ charts::ChartPanel density(const MatrixXd& values, const inference::ParameterPri
 }
 
 std::string agreement_words(const PosteriorSummary& summary) {
-  if (summary.converged) return "Chains agree: every R-hat is at most 1.01";
+  if (summary.converged) return fmt::format("Chains agree: every R-hat is at most {}", inference::kHighRhat);
   if (!summary.undefined.empty())
     return fmt::format("Whether chains agree is undetermined: diagnostics of {} are undefined", summary.undefined);
   return fmt::format("Chains do not agree: R-hat is {:.3g} ({})", summary.worst_rhat, summary.worst);

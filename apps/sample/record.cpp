@@ -13,6 +13,7 @@
 #include "pulson/core/version.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "records/record_text.hpp"
+#include "sample/facts.hpp"
 #include "shell/options.hpp"
 
 namespace pulson {
@@ -20,7 +21,6 @@ namespace {
 
 using Eigen::Index;
 using Json = nlohmann::ordered_json;
-using records::defined_or_null;
 
 // The error of a mean knows, as that of the evidence, how far what confirms the chains is from it: chains that came to
 // a part of the posterior hardly, or not, do not show it. @param differences [path] of the confirmation, or none
@@ -35,30 +35,17 @@ std::vector<inference::DrawSummary> summaries(const inference::PosteriorDraws& d
   return all;
 }
 
-Json summary_of(const inference::DrawSummary& numbers) {
-  return {{"mean", numbers.mean},
-          {"sd", numbers.sd},
-          {"mcse", defined_or_null(numbers.mcse)},
-          {"rhat", defined_or_null(numbers.rhat)},
-          {"ess_bulk", defined_or_null(numbers.ess_bulk)},
-          {"ess_tail", defined_or_null(numbers.ess_tail)},
-          {"q05", numbers.q05},
-          {"q50", numbers.q50},
-          {"q95", numbers.q95}};
-}
-
-Json landmark_rows(const inference::PosteriorProblem& problem,
-                   const std::vector<std::vector<inference::DrawSummary>>& specimens) {
+Json coordinates(const PosteriorResults& results, const std::vector<std::vector<inference::DrawSummary>>& specimens) {
   Json rows = Json::array();
-  for (std::size_t s = 0; s < specimens.size(); ++s) {
-    const auto d = static_cast<std::size_t>(problem.sources.front().dimension());
+  const auto d = static_cast<std::size_t>(results.problem.sources.front().dimension());
+  for (std::size_t s = 0; s < specimens.size(); ++s)
     for (std::size_t i = 0; i < specimens[s].size(); ++i) {
-      Json row{{"specimen", s + 1}, {"landmark", i / d + 1}, {"axis", i % d + 1}};
-      if (!problem.tree.empty()) row = {{"node", node_name(problem, s)}, {"landmark", i / d + 1}, {"axis", i % d + 1}};
-      row.update(summary_of(specimens[s][i]));
+      Json row{{"specimen", s + 1}};
+      if (!results.problem.tree.empty()) row = {{"node", node_name(results.problem, s)}};
+      row.update({{"landmark", i / d + 1}, {"axis", i % d + 1}});
+      add_facts(row, draw_facts(), specimens[s][i]);
       rows.push_back(std::move(row));
     }
-  }
   return rows;
 }
 
@@ -69,51 +56,26 @@ Json priors(const inference::PosteriorProblem& problem) {
   return all;
 }
 
-Json tree_rows(const inference::PosteriorProblem& problem) {
+Json tree_rows(const PosteriorResults& results) {
   Json rows = Json::array();
-  for (std::size_t b = 0; b < problem.tree.size(); ++b) {
-    const inference::Branch& branch = problem.tree[b];
-    Json row{{"node", node_name(problem, b)}, {"parent", nullptr}};
-    if (branch.parent >= 0) row["parent"] = node_name(problem, static_cast<std::size_t>(branch.parent));
-    row.update({{"time", branch.grid.time}, {"steps", branch.grid.steps}, {"observed", branch.data != nullptr}});
+  for (const NodeRow& node : node_rows(results)) {
+    Json row;
+    add_facts(row, node_facts(), node);
+    if (results.problem.tree[node.branch].parent < 0) row["parent"] = nullptr;
     rows.push_back(std::move(row));
   }
   return rows;
 }
 
-Json models(const inference::PosteriorProblem& problem) {
-  const matching::MatchingProblem& first = problem.specimens.front();
-  Json addresses = Json::array(), names = Json::array();
+// The model and the shapes, to `json`.
+void add_model(const inference::PosteriorProblem& problem, const inference::SamplerOptions& options, Json& json) {
+  add_facts(json, posterior_model_facts(), problem);
   for (const Landmarks& target : problem.targets) {
-    addresses.push_back(target.source);
-    names.push_back(target.name);
+    json["targets"].push_back(target.source);
+    json["specimens"].push_back(target.name);
   }
-  return {{"source", problem.sources.front().source},
-          {"targets", std::move(addresses)},
-          {"specimens", std::move(names)},
-          {"kernel", first.system.kernel.spec()},
-          {"noise", first.system.noise->spec()},
-          {"integrator", first.integrator->name()},
-          {"time", first.grid.time},
-          {"steps", first.grid.steps},
-          {"sigma", first.sigma},
-          {"lambda", first.lambda},
-          {"priors", priors(problem)}};
-}
-
-Json confirmation_of(const inference::Confirmation& confirmation) {
-  if (confirmation.by == inference::Confirmation::By::kNothing) return nullptr;
-  return {{"by", confirmation.by == inference::Confirmation::By::kImportance ? "weighted draws" : "tempered chains"},
-          {"log_evidence",
-           {{"value", confirmation.log_evidence.value}, {"standard_error", confirmation.log_evidence.standard_error}}},
-          {"furthest", confirmation.furthest},
-          {"furthest_of", confirmation.furthest_of},
-          {"furthest_allowed", confirmation.furthest_allowed},
-          {"agrees", confirmation.agrees}};
-}
-
-Json sampler_settings(const inference::SamplerOptions& options) {
-  return {{"method", options.method}, {"warmup", options.warmup}, {"seed", options.seed}};
+  json["priors"] = priors(problem);
+  json.update({{"method", options.method}, {"warmup", options.warmup}, {"seed", options.seed}});
 }
 
 }  // namespace
@@ -169,47 +131,37 @@ PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws) {
   return summary;
 }
 
+std::string confirmed_by_words(const inference::Confirmation& confirmation) {
+  return confirmation.by == inference::Confirmation::By::kImportance ? "weighted draws" : "tempered chains";
+}
+
 std::string rhat_text(double rhat) { return std::isnan(rhat) ? "undefined" : fmt::format("{:.3f}", rhat); }
 
 std::string ess_text(double ess) { return std::isfinite(ess) ? fmt::format("{:.0f}", ess) : "undefined"; }
 
-std::string summary_json(const inference::PosteriorProblem& problem, const inference::SamplerOptions& options,
-                         const inference::PosteriorDraws& draws, const PosteriorSummary& summary,
-                         const std::vector<std::string>& notes) {
-  Json json{
-      {"chains", draws.chains}, {"draws", draws.draws}, {"seconds", draws.seconds}, {"acceptance", draws.acceptance}};
+std::string summary_json(const PosteriorResults& results) {
+  const auto& [problem, options, draws, summary, notes, warnings] = results;
+  Json json;
+  add_facts(json, posterior_facts(), draws);
+  add_facts(json, convergence_facts(), summary);
+  json["confirmation"] = nullptr;
+  if (draws.confirmation.by != inference::Confirmation::By::kNothing)
+    add_facts(json["confirmation"], confirmation_facts(), draws.confirmation);
   json["parameters"] = Json::object();
   for (const NamedSummary& parameter : summary.parameters)
-    json["parameters"][parameter.name] = summary_of(parameter.numbers);
-  json["momenta"] = landmark_rows(problem, summary.momenta);
-  json["path"] = {{"rhat_max", defined_or_null(summary.rhat_max)}, {"ess_min", defined_or_null(summary.ess_min)}};
-  json["path"]["middle"] = landmark_rows(problem, summary.middles);
-  json["path"]["end"] = landmark_rows(problem, summary.ends);
-  json["log_evidence"] = {{"value", defined_or_null(draws.log_evidence.value)},
-                          {"standard_error", defined_or_null(draws.log_evidence.standard_error)},
-                          {"laplace", draws.laplace_log_evidence},
-                          {"pareto_k", defined_or_null(draws.pareto_k)},
-                          {"chain_pareto_k", defined_or_null(draws.chain_pareto_k)}};
-  json["log_evidence"]["of_finer_steps"] = {{"value", defined_or_null(draws.of_finer_steps.value)},
-                                            {"standard_error", defined_or_null(draws.of_finer_steps.standard_error)}};
-  json["confirmation"] = confirmation_of(draws.confirmation);
-  json["converged"] = summary.converged;
-  json["rhat_max"] = defined_or_null(summary.worst_rhat);
-  json["parameter_acceptance"] = draws.parameter_acceptance;
-  json["step_angle"] = draws.step_angle;
-  json["modes"] = draws.modes;
-  json["path_evaluations"] = draws.path_evaluations;
+    add_facts(json["parameters"][parameter.name], draw_facts(), parameter.numbers);
+  json["momenta"] = coordinates(results, summary.momenta);
+  json["path"]["middle"] = coordinates(results, summary.middles);
+  json["path"]["end"] = coordinates(results, summary.ends);
   if (!draws.powers.empty())
     json["tempering"] = {{"powers", draws.powers}, {"exchanged", draws.exchanged}, {"prior_lost", draws.lost_fraction}};
-  json["warmup_seconds"] = draws.warmup_seconds;
-  json.update(models(problem));
+  add_model(problem, options, json);
   if (problem.weights.size() > 0) json["weights"] = std::vector<double>(problem.weights.begin(), problem.weights.end());
   if (!problem.tree.empty()) {
-    json["tree"] = tree_rows(problem);
+    json["tree"] = tree_rows(results);
     for (const auto& landmark : problem.sources.front().points.colwise())
       json["root"].push_back(std::vector<double>(landmark.begin(), landmark.end()));
   }
-  json.update(sampler_settings(options));
   json["notes"] = in_option_words(notes);
   json["version"] = version();
   return records::record_text(json);
@@ -265,18 +217,22 @@ std::string paths_npy(const inference::PosteriorProblem& problem, const inferenc
        static_cast<std::size_t>(source.count()), static_cast<std::size_t>(source.dimension())});
 }
 
-std::string nodes_csv(const inference::PosteriorProblem& problem, const PosteriorSummary& summary) {
-  text::CsvTable table{"node", "parent", "observed", "landmark", "axis", "mean",
-                       "sd",   "q05",    "q50",      "q95",      "rhat", "ess_bulk"};
-  const auto d = static_cast<std::size_t>(problem.sources.front().dimension());
-  for (std::size_t b = 0; b < summary.ends.size(); ++b) {
-    const inference::Branch& branch = problem.tree[b];
-    const std::string parent = branch.parent < 0 ? "" : node_name(problem, static_cast<std::size_t>(branch.parent));
-    for (std::size_t i = 0; i < summary.ends[b].size(); ++i) {
-      const inference::DrawSummary& at = summary.ends[b][i];
-      table.text(node_name(problem, b)).text(parent).numbers(branch.data ? 1 : 0, i / d + 1);
-      table.word(text::kAxisLetters.substr(i % d, 1));
-      table.numbers(at.mean, at.sd, at.q05, at.q50, at.q95, at.rhat, at.ess_bulk).end_row();
+std::string nodes_csv(const PosteriorResults& results) {
+  const auto nodes = chosen(node_facts(), {"node", "parent", "observed"});
+  const auto numbers = chosen(draw_facts(), {"mean", "sd", "q05", "q50", "q95", "rhat", "ess_bulk"});
+  const auto d = static_cast<std::size_t>(results.problem.sources.front().dimension());
+  text::CsvTable table;
+  for (const auto& fact : nodes) table.word(fact.key);
+  table.words({"landmark", "axis"});
+  for (const auto& fact : numbers) table.word(fact.key);
+  table.end_row();
+  for (const NodeRow& row : node_rows(results)) {
+    const std::vector<inference::DrawSummary>& ends = results.summary.ends[row.branch];
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+      add_facts(table, nodes, row);
+      table.number(i / d + 1).word(text::kAxisLetters.substr(i % d, 1));
+      add_facts(table, numbers, ends[i]);
+      table.end_row();
     }
   }
   return std::move(table).take();
@@ -311,8 +267,7 @@ std::string calibration_json(const inference::PosteriorProblem& problem, const i
             {"seconds", calibration.seconds},
             {"draws", options.sampler.draws}};
   if (!options.fault_name.empty()) json["fault"] = {{options.fault_name, options.fault_factor}};
-  json.update(models(problem));
-  json.update(sampler_settings(options.sampler));
+  add_model(problem, options.sampler, json);
   json["version"] = version();
   return records::record_text(json);
 }

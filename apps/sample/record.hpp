@@ -31,19 +31,29 @@ struct PosteriorSummary {
   std::string undefined;  ///< what has undefined diagnostics, empty: nothing
 };
 
+/// What `sample` found, and for which problem.
+struct PosteriorResults {
+  inference::PosteriorProblem problem;
+  inference::SamplerOptions options;
+  inference::PosteriorDraws draws;
+  PosteriorSummary summary;
+  std::vector<std::string> notes, warnings;
+};
+
 /// Of the node at the end of a branch; counted with the root where it has none.
 std::string node_name(const inference::PosteriorProblem& problem, std::size_t branch);
 
 PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws);
+
+/// "weighted draws" or "tempered chains".
+std::string confirmed_by_words(const inference::Confirmation& confirmation);
 
 /// An R-hat, or an effective sample size, in words where it is undefined.
 std::string rhat_text(double rhat);
 std::string ess_text(double ess);
 
 /// What scripts read: `summary.json`.
-std::string summary_json(const inference::PosteriorProblem& problem, const inference::SamplerOptions& options,
-                         const inference::PosteriorDraws& draws, const PosteriorSummary& summary,
-                         const std::vector<std::string>& notes);
+std::string summary_json(const PosteriorResults& results);
 
 /// `draws.csv`: chain, draw, θ, log likelihood.
 std::string draws_csv(const inference::PosteriorDraws& draws);
@@ -55,7 +65,7 @@ std::string momenta_npy(const inference::PosteriorProblem& problem, const infere
 std::string paths_npy(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws);
 
 /// Of a tree, `nodes.csv`: the shapes at its nodes, a row for each coordinate.
-std::string nodes_csv(const inference::PosteriorProblem& problem, const PosteriorSummary& summary);
+std::string nodes_csv(const PosteriorResults& results);
 
 /// Of a tree, `nodes.npy`: [chain][draw][node][landmark][axis], in the order of nodes.csv.
 std::string nodes_npy(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws);

@@ -1,10 +1,13 @@
 #include "report.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <fmt/format.h>
 
 #include "core/undefined.hpp"
+#include "facts.hpp"
 #include "picture.hpp"
 #include "pulson/core/name_table.hpp"
 #include "shell/messages.hpp"
@@ -13,26 +16,15 @@
 namespace pulson {
 namespace {
 
-html::ReportTable parameter_table(const inference::PosteriorProblem& problem, const PosteriorSummary& summary) {
-  html::ReportTable table{
-      {"parameter", "prior median", "mean", "sd", "5 %", "50 %", "95 %", "MCSE", "R-hat", "bulk ESS", "tail ESS"},
-      {},
-      ""};
-  for (std::size_t j = 0; j < summary.parameters.size(); ++j) {
-    const auto& [name, numbers] = summary.parameters[j];
-    const std::string median = j < problem.parameters.size() ? report_number(problem.parameters[j].median) : "–";
-    table.rows.push_back({{name},
-                          {median},
-                          {report_number(numbers.mean)},
-                          {report_number(numbers.sd)},
-                          {report_number(numbers.q05)},
-                          {report_number(numbers.q50)},
-                          {report_number(numbers.q95)},
-                          {report_number(numbers.mcse, 2)},
-                          {report_number(numbers.rhat)},
-                          {ess_text(numbers.ess_bulk)},
-                          {ess_text(numbers.ess_tail)}});
-  }
+html::ReportTable parameter_table(const PosteriorResults& results) {
+  std::vector<inference::DrawSummary> rows;
+  for (const NamedSummary& parameter : results.summary.parameters) rows.push_back(parameter.numbers);
+  html::ReportTable table = report_table(draw_facts(), rows, "");
+  table.header.insert(table.header.begin(), {"parameter", "prior median"});
+  const std::vector<inference::ParameterPrior>& priors = results.problem.parameters;
+  for (std::size_t j = 0; j < rows.size(); ++j)
+    table.rows[j].insert(table.rows[j].begin(), {{results.summary.parameters[j].name},
+                                                 {j < priors.size() ? report_number(priors[j].median) : ""}});
   return table;
 }
 
@@ -74,51 +66,14 @@ html::ReportTable landmarks(const inference::PosteriorProblem& problem, const Po
   return table;
 }
 
-html::ReportTable nodes(const inference::PosteriorProblem& problem, const PosteriorSummary& summary) {
-  html::ReportTable table{{"node", "parent", "time from it", "observed", "sd of a coordinate", "least ESS"}, {}, ""};
-  for (std::size_t b = 0; b < summary.ends.size(); ++b) {
-    const inference::Branch& branch = problem.tree[b];
-    double variance = 0, ess = INFINITY;
-    for (const inference::DrawSummary& at : summary.ends[b]) {
-      variance += at.sd * at.sd / static_cast<double>(summary.ends[b].size());
-      ess = min_or_undefined(ess, min_or_undefined(at.ess_bulk, at.ess_tail));
-    }
-    table.rows.push_back({{node_name(problem, b)},
-                          {branch.parent < 0 ? "root" : node_name(problem, static_cast<std::size_t>(branch.parent))},
-                          {report_number(branch.grid.time)},
-                          {branch.data ? "yes" : "no"},
-                          {report_number(std::sqrt(variance))},
-                          {ess_text(ess)}});
-  }
-  table.caption = "Posterior deviations are root mean squares over the coordinates; nodes.csv has all of them.";
+// Of the model, the draws and their convergence.
+html::ReportTable numbers_table(const PosteriorResults& results) {
+  html::ReportTable table = report_facts(posterior_model_facts(), results.problem, "setting");
+  const auto add = [&](const html::ReportTable& more) { std::ranges::copy(more.rows, std::back_inserter(table.rows)); };
+  add(report_facts(posterior_facts(), results.draws, ""));
+  add(report_facts(convergence_facts(), results.summary, ""));
+  table.rows.push_back({{"confirmed"}, {confirmation_text(results.draws)}});
   return table;
-}
-
-FactTable model_facts(const inference::PosteriorProblem& problem) {
-  FactTable table("setting");
-  table.add("noise", problem.specimens.front().system.noise->spec());
-  table.add("kernel", problem.specimens.front().system.kernel.spec(6));
-  table.add("sigma", problem.specimens.front().sigma);
-  table.add("lambda", problem.specimens.front().lambda);
-  table.add("steps", fmt::format("{} of {}", problem.specimens.front().grid.steps,
-                                 problem.specimens.front().integrator->name()));
-  return table;
-}
-
-html::ReportTable facts(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
-                        const PosteriorSummary& summary) {
-  FactTable table = model_facts(problem);
-  table.add("chains", fmt::format("{} of {} draws", draws.chains, draws.draws));
-  table.add("acceptance of paths", draws.acceptance);
-  if (!draws.names.empty()) table.add("acceptance of parameters", draws.parameter_acceptance);
-  table.add("modes found", fmt::to_string(draws.modes));
-  table.add("log evidence", evidence_text(draws));
-  table.add("the same by Laplace's approximation", fmt::format("{:.3f}", draws.laplace_log_evidence));
-  table.add("confirmed", confirmation_text(draws));
-  if (!std::isnan(draws.of_finer_steps.value)) table.add("error of the steps", steps_text(draws));
-  table.add("least ESS of a position", ess_text(summary.ess_min));
-  table.add("seconds", fmt::format("{:.1f}", draws.seconds));
-  return std::move(table).table();
 }
 
 std::optional<html::ReportMotion> motion_of(const inference::PosteriorProblem& problem,
@@ -149,35 +104,19 @@ std::optional<html::ReportMotion> motion_of(const inference::PosteriorProblem& p
 
 }  // namespace
 
-std::string evidence_text(const inference::PosteriorDraws& draws) {
-  const Estimate& evidence = draws.log_evidence;
-  if (!std::isfinite(evidence.standard_error)) return "undetermined";
-  return fmt::format("{:.3f} ± {:.2g}", evidence.value, evidence.standard_error);
-}
-
 std::string pareto_text(const inference::PosteriorDraws& draws) {
   const double k = max_or_undefined(draws.pareto_k, draws.chain_pareto_k);
   return std::isnan(k) ? "undefined" : fmt::format("{:.2f}", k);
 }
 
-std::string confirmed_by_words(const inference::Confirmation& confirmation) {
-  return confirmation.by == inference::Confirmation::By::kImportance ? "weighted draws" : "tempered chains";
-}
-
 std::string confirmation_text(const inference::PosteriorDraws& draws) {
-  const inference::Confirmation& confirmation = draws.confirmation;
-  if (confirmation.by == inference::Confirmation::By::kNothing)
+  const inference::Confirmation& by = draws.confirmation;
+  if (by.by == inference::Confirmation::By::kNothing)
     return draws.powers.empty() ? fmt::format("by nothing else; Pareto k of the weights {}", pareto_text(draws))
                                 : "by nothing else";
-  return fmt::format("{}by {}: log p(y) = {:.3f} ± {:.2g}, {} {:.1f} standard errors apart",
-                     confirmation.agrees ? "" : "not ", confirmed_by_words(confirmation),
-                     confirmation.log_evidence.value, confirmation.log_evidence.standard_error,
-                     confirmation.furthest_of, confirmation.furthest);
-}
-
-std::string steps_text(const inference::PosteriorDraws& draws) {
-  return fmt::format("with twice as many log p(y) changes by {:+.3f} ± {:.2g}", draws.of_finer_steps.value,
-                     draws.of_finer_steps.standard_error);
+  const auto text = [&](std::string_view key) { return text_of(confirmation_facts(), key, by); };
+  return fmt::format("{}by {}: log p(y) = {}, {} {} standard errors apart", by.agrees ? "" : "not ", text("by"),
+                     text("log_evidence.value"), by.furthest_of, text("furthest"));
 }
 
 std::string model_words(const inference::PosteriorProblem& problem) {
@@ -188,10 +127,9 @@ std::string model_words(const inference::PosteriorProblem& problem) {
                      first.sigma, first.integrator->name(), first.grid.steps);
 }
 
-html::HtmlReport sample_report(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
-                               const PosteriorSummary& summary, const std::vector<std::string>& warnings,
-                               const std::vector<std::string>& notes, const std::filesystem::path& paths,
+html::HtmlReport sample_report(const PosteriorResults& results, const std::filesystem::path& paths,
                                const std::filesystem::path& chains) {
+  const auto& [problem, options, draws, summary, notes, warnings] = results;
   const std::string lead =
       fmt::format("{} of {}, {} in {}D: {}. Largest R-hat {}, least effective sample size of a position {}.",
                   counted(draws.chains * static_cast<std::int64_t>(draws.draws), "draw"),
@@ -203,11 +141,17 @@ html::HtmlReport sample_report(const inference::PosteriorProblem& problem, const
   if (std::optional<html::ReportMotion> motion = motion_of(problem, draws))
     report.sections.push_back({"Motion", {std::move(*motion)}});
   add_still(report, "Paths", paths);
-  report.sections.push_back({"Parameters", {parameter_table(problem, summary)}});
+  report.sections.push_back({"Parameters", {parameter_table(results)}});
   add_still(report, "Chains", chains);
-  report.sections.push_back({"Numbers", {facts(problem, draws, summary)}});
-  report.sections.push_back(problem.tree.empty() ? html::ReportSection{"Landmarks", {landmarks(problem, summary)}}
-                                                 : html::ReportSection{"Nodes", {nodes(problem, summary)}});
+  report.sections.push_back({"Numbers", {numbers_table(results)}});
+  if (problem.tree.empty())
+    report.sections.push_back({"Landmarks", {landmarks(problem, summary)}});
+  else
+    report.sections.push_back(
+        {"Nodes",
+         {report_table(node_facts(), node_rows(results),
+                       "Nodes without a parent follow the root. Posterior deviations are root mean squares over the "
+                       "coordinates; nodes.csv has all of them.")}});
   return report;
 }
 

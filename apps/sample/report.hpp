@@ -10,9 +10,7 @@
 namespace pulson {
 
 /// @param paths, chains the pictures; empty: none
-html::HtmlReport sample_report(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
-                               const PosteriorSummary& summary, const std::vector<std::string>& warnings,
-                               const std::vector<std::string>& notes, const std::filesystem::path& paths,
+html::HtmlReport sample_report(const PosteriorResults& results, const std::filesystem::path& paths,
                                const std::filesystem::path& chains);
 
 html::HtmlReport calibration_report(const inference::PosteriorProblem& problem,
@@ -22,17 +20,8 @@ html::HtmlReport calibration_report(const inference::PosteriorProblem& problem,
 /// The larger Pareto k of the weights, or "undefined".
 std::string pareto_text(const inference::PosteriorDraws& draws);
 
-/// "weighted draws" or "tempered chains".
-std::string confirmed_by_words(const inference::Confirmation& confirmation);
-
 /// "by weighted draws: log p(y) = 12.34 ± 0.05, means within 2.1 standard errors", or that nothing does.
 std::string confirmation_text(const inference::PosteriorDraws& draws);
-
-/// "with twice as many log p(y) changes by +0.012 ± 0.003"
-std::string steps_text(const inference::PosteriorDraws& draws);
-
-/// "12.34 ± 0.05", or "undetermined" where the draws are too few for a standard error.
-std::string evidence_text(const inference::PosteriorDraws& draws);
 
 /// "ch-sd:beta=0.1, gaussian:alpha=0.5, lambda 2.3, sigma 0.01, heun in 20 steps"
 std::string model_words(const inference::PosteriorProblem& problem);

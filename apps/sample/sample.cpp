@@ -12,6 +12,7 @@
 #include "core/atomic_file.hpp"
 #include "core/determined.hpp"
 #include "core/paths.hpp"
+#include "facts.hpp"
 #include "picture.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
@@ -97,8 +98,18 @@ std::vector<std::string> warnings_of(const PosteriorSummary& summary, const infe
   return warnings;
 }
 
-void print_summary(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
-                   const PosteriorSummary& summary) {
+void print_parameters(const PosteriorSummary& summary) {
+  std::vector<inference::DrawSummary> rows;
+  for (const NamedSummary& parameter : summary.parameters) rows.push_back(parameter.numbers);
+  auto table = text_table(chosen(draw_facts(), {"mean", "sd", "q05", "q95", "rhat", "ess_bulk"}), rows);
+  table.front().insert(table.front().begin(), "");
+  for (std::size_t j = 0; j < rows.size(); ++j) table[j + 1].insert(table[j + 1].begin(), summary.parameters[j].name);
+  print_table(table);
+}
+
+void print_summary(const PosteriorResults& results) {
+  const auto& [problem, options, draws, summary, notes, warnings] = results;
+  const auto text = [&](std::string_view key) { return text_of(posterior_facts(), key, results.draws); };
   print_text(
       "{}: {} of {} in {}D\n", problem.sources.front().source.empty() ? "source" : problem.sources.front().source,
       problem.tree.empty()
@@ -106,13 +117,9 @@ void print_summary(const inference::PosteriorProblem& problem, const inference::
           : fmt::format("a tree of {} branches, with {} observed nodes", problem.tree.size(), problem.targets.size()),
       counted(problem.sources.front().count(), "landmark"), problem.sources.front().dimension());
   print_text("model      {}\n", model_words(problem));
-  print_text("sampled    {} chains of {} draws in {:.1f} s, acceptance {:.2f}\n", draws.chains, draws.draws,
-             draws.seconds, draws.acceptance);
-  print_text("{:<11}{:>10}{:>10}{:>10}{:>10}{:>8}{:>8}\n", "", "mean", "sd", "5 %", "95 %", "R-hat", "ESS");
-  for (const auto& [name, numbers] : summary.parameters)
-    print_text("{:<14} {:>6.4g}{:>10.3g}{:>10.4g}{:>10.4g}{:>8}{:>8}\n", name, numbers.mean, numbers.sd, numbers.q05,
-               numbers.q95, std::isnan(numbers.rhat) ? "-" : rhat_text(numbers.rhat),
-               std::isnan(numbers.ess_bulk) ? "-" : ess_text(numbers.ess_bulk));
+  print_text("sampled    {} chains of {} draws in {} s, acceptance {}\n", text("chains"), text("draws"),
+             text("seconds"), text("acceptance"));
+  print_parameters(summary);
   print_text("paths      R-hat at most {}, ESS at least {}", rhat_text(summary.rhat_max), ess_text(summary.ess_min));
   if (problem.tree.empty())
     print_text("; momenta {}, {}", rhat_text(summary.momenta_rhat_max), ess_text(summary.momenta_ess_min));
@@ -122,10 +129,12 @@ void print_summary(const inference::PosteriorProblem& problem, const inference::
     print_text("tempering  {} temperatures, exchanges accepted {:.2f} to {:.2f}\n", draws.powers.size(),
                *std::min_element(draws.exchanged.begin(), draws.exchanged.end()),
                *std::max_element(draws.exchanged.begin(), draws.exchanged.end()));
-  print_text("evidence   log p(y) = {} by bridge sampling, {:.3f} by Laplace's approximation\n", evidence_text(draws),
-             draws.laplace_log_evidence);
+  print_text("evidence   log p(y) = {} by bridge sampling, {} by Laplace's approximation\n",
+             std::isnan(draws.log_evidence.value) ? "undetermined" : text("log_evidence.value"),
+             text("log_evidence.laplace"));
   print_text("confirmed  {}\n", confirmation_text(draws));
-  if (!std::isnan(draws.of_finer_steps.value)) print_text("steps      {}\n", steps_text(draws));
+  if (!std::isnan(draws.of_finer_steps.value))
+    print_text("steps      with twice as many log p(y) changes by {}\n", text("log_evidence.of_finer_steps.value"));
 }
 
 // The chains so far, as the first of the two units of a run of which nothing else is done.
@@ -186,13 +195,42 @@ void require_determined_theta(const inference::PosteriorProblem& problem) {
                                 "give numbers in place of fit, or more shapes");
 }
 
+int write_results(const PosteriorResults& results, const SavedChains& saved, const OutputOptions& output) {
+  const auto& [problem, options, draws, summary, notes, warnings] = results;
+  const std::string record = summary_json(results);
+  RunResults files(output);
+  files.add("draws.csv", draws_csv(draws));
+  if (problem.tree.empty()) {
+    files.add("momenta.npy", momenta_npy(problem, draws));
+    files.add("paths.npy", paths_npy(problem, draws));
+  } else {
+    files.add("nodes.csv", nodes_csv(results));
+    files.add("nodes.npy", nodes_npy(problem, draws));
+  }
+  files.commit("summary.json", record, {{"run", saved.fingerprint()}});
+  files.draw("paths", [&](const draw::PictureFiles& drawn) {
+    write_paths_picture(results.problem, results.draws, shown_path(results.problem), drawn);
+  });
+  files.draw("chains", [&](const draw::PictureFiles& drawn) {
+    write_chart(chains_chart(results.problem, results.draws, results.summary), drawn);
+  });
+  files.add_page([&] { return sample_report(results, files.shown("paths"), files.shown("chains")); });
+  files.finish();
+  saved.remove();
+  print_notes(notes);
+  if (output.prints()) {
+    print_summary(results);
+    files.print_written();
+  }
+  for (const std::string& text : warnings) print_warning(text);
+  return summary.converged ? kDone : kNotConverged;
+}
+
 int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, const std::string& settings,
                   std::vector<std::string> notes) {
-  const inference::PosteriorProblem problem = arguments.problem(shapes, notes);
+  inference::PosteriorProblem problem = arguments.problem(shapes, notes);
   const OutputOptions& output = arguments.output;
-  const bool is_tree = !problem.tree.empty();
-  const std::vector<std::string>& files_written = is_tree ? kTreeFiles : kSampleFiles;
-  output.check(files_written, kSamplePictures);
+  output.check(problem.tree.empty() ? kSampleFiles : kTreeFiles, kSamplePictures);
   SavedChains saved(arguments, shapes, settings);
   if (saved.done_before()) return kDone;
   require_determined_theta(problem);
@@ -206,42 +244,18 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
   const Interrupt interrupt;
   options.on_state = [&](const std::function<std::string()>& state) { return saved.keep(state); };
   options.state = saved.state();
-  const inference::PosteriorDraws draws = sample_posterior(problem, options);
+  inference::PosteriorDraws sampled = sample_posterior(problem, options);
   progress.clear();
-  if (draws.partial) {
+  if (sampled.partial) {
     print_warning(
         fmt::format("interrupted: the chains are saved in '{}'; continue with --resume", saved.file().string()));
     return kNotConverged;
   }
-  const PosteriorSummary summary = summarise_posterior(draws);
-  const std::vector<std::string> warnings = warnings_of(summary, draws, problem.specimens.front().grid.steps);
-  const std::string record = summary_json(problem, options, draws, summary, notes);
-  RunResults files(output);
-  files.add("draws.csv", draws_csv(draws));
-  if (is_tree) {
-    files.add("nodes.csv", nodes_csv(problem, summary));
-    files.add("nodes.npy", nodes_npy(problem, draws));
-  } else {
-    files.add("momenta.npy", momenta_npy(problem, draws));
-    files.add("paths.npy", paths_npy(problem, draws));
-  }
-  files.commit("summary.json", record, {{"run", saved.fingerprint()}});
-  files.draw("paths",
-             [&](const draw::PictureFiles& drawn) { write_paths_picture(problem, draws, shown_path(problem), drawn); });
-  files.draw("chains",
-             [&](const draw::PictureFiles& drawn) { write_chart(chains_chart(problem, draws, summary), drawn); });
-  files.add_page([&] {
-    return sample_report(problem, draws, summary, warnings, notes, files.shown("paths"), files.shown("chains"));
-  });
-  files.finish();
-  saved.remove();
-  print_notes(notes);
-  if (output.prints()) {
-    print_summary(problem, draws, summary);
-    files.print_written();
-  }
-  for (const std::string& text : warnings) print_warning(text);
-  return summary.converged ? kDone : kNotConverged;
+  PosteriorSummary found = summarise_posterior(sampled);
+  std::vector<std::string> doubts = warnings_of(found, sampled, problem.specimens.front().grid.steps);
+  const PosteriorResults results{std::move(problem), std::move(options), std::move(sampled),
+                                 std::move(found),   std::move(notes),   std::move(doubts)};
+  return write_results(results, saved, output);
 }
 
 int run_sample(const SampleArguments& arguments, const CLI::App& verb) {

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "core/first_names.hpp"
 #include "core/landmark_pairs.hpp"
 #include "core/shape_frames.hpp"
 #include "core/text.hpp"
@@ -37,12 +38,10 @@ void leave_out_undigitised(std::vector<Landmarks>& shapes) {
   if (names.empty()) return;
   constexpr std::size_t kMostNamed = 8;
   const std::size_t count = names.size();
-  names.resize(std::min(count, kMostNamed));
   print_warning(
       fmt::format("{} of {} shapes {} left out, whose landmarks are all at one point or missing, as where "
-                  "nothing was digitised: {}{}",
-                  count, shapes.size(), count == 1 ? "is" : "are", fmt::join(names, ", "),
-                  count > kMostNamed ? fmt::format(" and {} more", count - kMostNamed) : ""));
+                  "nothing was digitised: {}",
+                  count, shapes.size(), count == 1 ? "is" : "are", text::first_of(std::move(names), kMostNamed)));
   std::erase_if(shapes, is_undigitised);
 }
 

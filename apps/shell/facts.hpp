@@ -1,113 +1,22 @@
 #pragma once
 
 #include <algorithm>
-#include <functional>
-#include <initializer_list>
-#include <stdexcept>
 #include <string>
-#include <string_view>
-#include <variant>
 #include <vector>
 
-#include "core/csv_table.hpp"
-#include "formats/json/json_reader.hpp"
 #include "html/html_report.hpp"
-#include "pulson/core/estimate.hpp"
+#include "records/facts.hpp"
 
 namespace pulson {
 
-/// What a fact is of a row: a number, NaN where there is none, one with its standard error, a count, a text or whether
-/// something is so.
-using FactValue = std::variant<double, Estimate, long, std::string, bool>;
-
-/// What is known of each row of a table, written down once: the summary, the page, the csv and the JSON take it from
-/// here, and docs list it.
-template <class Row>
-struct Fact {
-  std::string_view key;          ///< of the csv and the JSON; of a standard error KEY_error
-  std::string_view heading;      ///< of the summary and the page
-  std::string_view description;  ///< with its unit
-  const char* format;            ///< of a number where it is read; of a specification any: its numbers are shortened
-  std::function<FactValue(const Row&)> value;
-  double times = 1;  ///< where it is read: 100 for per cent
-};
-
-template <class Row>
-using Facts = std::vector<Fact<Row>>;
-
-/// As it is read: "-" where there is no number.
-std::string fact_text(const FactValue& value, const char* format, double times);
-bool is_missing(const FactValue& value);
-
-/// A cell, of an estimate two.
-void add_fact(text::CsvTable& table, const FactValue& value);
-/// Under its key; errors are in the object `standard_errors`. Numbers that may be missing are for the caller to make
-/// null, see records::defined_or_null(): records refuse others.
-void add_fact(formats::Json& json, std::string_view key, const FactValue& value);
-
-template <class Row>
-const Fact<Row>& fact_of(const Facts<Row>& facts, std::string_view key) {
-  const auto found = std::find_if(facts.begin(), facts.end(), [&](const Fact<Row>& fact) { return fact.key == key; });
-  if (found == facts.end()) throw std::logic_error("there is no fact " + std::string(key));
-  return *found;
-}
-
-/// The facts of these keys, in their order.
-template <class Row>
-Facts<Row> chosen(const Facts<Row>& facts, std::initializer_list<std::string_view> keys) {
-  Facts<Row> some;
-  for (const std::string_view key : keys) some.push_back(fact_of(facts, key));
-  return some;
-}
-
-template <class Row>
-void add_header(text::CsvTable& table, const Facts<Row>& facts, const Row& row) {
-  for (const Fact<Row>& fact : facts) {
-    table.word(fact.key);
-    if (std::holds_alternative<Estimate>(fact.value(row))) table.word(std::string(fact.key) + "_error");
-  }
-}
-
-template <class Row>
-void add_facts(text::CsvTable& table, const Facts<Row>& facts, const Row& row) {
-  for (const Fact<Row>& fact : facts) add_fact(table, fact.value(row));
-}
-
-/// A header and the rows. @param rows at least one, or facts that are no estimates
-template <class Row>
-std::string facts_csv(const Facts<Row>& facts, const std::vector<Row>& rows) {
-  text::CsvTable table;
-  if (rows.empty())
-    for (const Fact<Row>& fact : facts) table.word(fact.key);
-  else
-    add_header(table, facts, rows.front());
-  table.end_row();
-  for (const Row& row : rows) {
-    add_facts(table, facts, row);
-    table.end_row();
-  }
-  return std::move(table).take();
-}
-
-/// Headings, then the cells of each row.
-template <class Row>
-std::vector<std::vector<std::string>> text_table(const Facts<Row>& facts, const std::vector<Row>& rows) {
-  std::vector<std::vector<std::string>> table(1);
-  for (const Fact<Row>& fact : facts) table.front().emplace_back(fact.heading);
-  for (const Row& row : rows) {
-    std::vector<std::string>& cells = table.emplace_back();
-    for (const Fact<Row>& fact : facts) cells.push_back(fact_text(fact.value(row), fact.format, fact.times));
-  }
-  return table;
-}
-
-/// The same for a page, without columns that have no number in any row.
-template <class Row>
-html::ReportTable report_table(const Facts<Row>& facts, const std::vector<Row>& rows, std::string caption) {
+/// Facts as a table of a page, without columns that have no number in any row.
+/// @param rows a vector of rows, or of references to them
+template <class Row, class Rows>
+html::ReportTable report_table(const Facts<Row>& facts, const Rows& rows, std::string caption) {
   html::ReportTable table{{}, std::vector<std::vector<html::ReportCell>>(rows.size()), std::move(caption)};
   for (const Fact<Row>& fact : facts) {
     std::vector<FactValue> values;
-    for (const Row& row : rows) values.push_back(fact.value(row));
+    for (const auto& row : rows) values.push_back(fact.value(row));
     if (std::all_of(values.begin(), values.end(), is_missing)) continue;
     table.header.emplace_back(fact.heading);
     for (std::size_t i = 0; i < rows.size(); ++i)

@@ -109,7 +109,7 @@ void print_table(const std::vector<std::vector<std::string>>& rows) {
 }
 
 std::string counted(std::int64_t count, std::string_view noun, std::string_view rest) {
-  return fmt::format("{} {}{}{}{}", count, noun, count == 1 ? "" : "s", rest.empty() ? "" : " ", rest);
+  return fmt::format("{}{}{}", text::counted(static_cast<std::size_t>(count), noun), rest.empty() ? "" : " ", rest);
 }
 
 Verbosity verbosity() { return chosen_verbosity; }

@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
+#include "pulson/core/name_table.hpp"
 #include "register/picture.hpp"
 #include "shell/messages.hpp"
+#include "shell/report_parts.hpp"
 
 namespace pulson {
 namespace {
@@ -64,7 +68,14 @@ std::optional<html::ReportMotion> motion_of(const records::Simulation& simulatio
 }
 
 html::ReportTable facts(const records::Simulation& simulation) {
-  FactTable table = settings(simulation);
+  FactTable table("setting");
+  table.add("start", start_text(simulation.shape));
+  table.add("kernel", simulation.system.kernel.spec(4));
+  table.add("noise", shortened_spec(simulation.system.noise->spec()));
+  table.add("integrator", simulation.integrator);
+  table.add("time", simulation.options.grid.time);
+  table.add("steps", fmt::to_string(simulation.options.grid.steps));
+  table.add("seed", fmt::to_string(simulation.options.seed));
   table.add("seconds", fmt::format("{:.2f}", simulation.seconds));
   return std::move(table).table();
 }

@@ -9,6 +9,7 @@
 #include <Eigen/QR>
 #include <fmt/format.h>
 
+#include "core/first_names.hpp"
 #include "core/text.hpp"
 #include "pulson/cohort/linear_model.hpp"
 #include "pulson/core/errors.hpp"
@@ -223,10 +224,9 @@ class Designer {
     for (Values& values : values_) values = of_specimens(values, design_.specimens);
     if (missing.empty()) return;
     const std::size_t count = missing.size();
-    missing.resize(std::min<std::size_t>(count, 5));
-    design_.notes.push_back(fmt::format("{}: {} left out of the model, since {} in {}{}", formula_.text(),
+    design_.notes.push_back(fmt::format("{}: {} left out of the model, since {} in {}", formula_.text(),
                                         count == 1 ? "1 specimen is" : fmt::format("{} specimens are", count),
-                                        "a value is missing", fmt::join(missing, ", "), count > 5 ? ", …" : ""));
+                                        "a value is missing", text::first_of(std::move(missing), 5)));
   }
 
   // Levels that are left are numbered anew, sorted: labels that are all numbers by their values.

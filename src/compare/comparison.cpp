@@ -16,6 +16,7 @@
 #include "notes.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
+#include "pulson/inference/diagnostics.hpp"
 #include "recognition.hpp"
 #include "sampled.hpp"
 #include "sampled_evidence.hpp"
@@ -29,7 +30,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kSameEvidence = 0.1;  // nats that two evidences may differ by, beside their errors, without a note
-constexpr double kWorstRhat = 1.05;  // of the log likelihood of a shape: variance between chains a tenth of that within
 
 // Eigenvectors of K(q0) in the order of falling eigenvalues.
 struct KernelBasis {
@@ -171,7 +171,7 @@ bool with_sampled_evidence(Comparison& comparison) {
                       "be off",
                       model.noise, sampled.total.value, sampled.total.standard_error, before,
                       is_laplace ? "Laplace's approximation" : "importance samples"));
-    if (!(sampled.worst_rhat <= kWorstRhat))
+    if (!(sampled.worst_rhat <= inference::kHighRhatOfShort))
       comparison.notes.push_back(fmt::format(
           "{}: the chains of some shape have not converged (R-hat {}), its evidence is uncertain", model.noise,
           std::isnan(sampled.worst_rhat) ? "is undefined" : fmt::format("{:.2f}", sampled.worst_rhat)));

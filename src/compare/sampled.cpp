@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/undefined.hpp"
 #include "posterior/fitted_draws.hpp"
 #include "pulson/core/parallel.hpp"
 #include "random/normals.hpp"
@@ -20,7 +21,6 @@ using posterior::Specimen;
 
 constexpr Index kMostOfOneSet = 4;
 constexpr Index kLeastSets = 4;  // of which a variance is known to half of itself
-constexpr double kNone = -std::numeric_limits<double>::infinity();
 // Of ε + r(z) − v, in standard deviations of the data. What is missing varies with the draw, so that a draw has not
 // quite the density it is weighed with. Where up to 1 was missing the evidence of 20 ovals was 0.1 nats too great,
 // where up to 3, 0.6.
@@ -66,7 +66,7 @@ ImportanceEstimate of_weights(const Eigen::Ref<const MatrixXd>& log_weights) {
   found.samples = samples;
   found.effective_samples = weights.sum() * weights.sum() / weights.square().sum();
   found.log_sets = largest + of_sets.log();
-  found.lost = static_cast<int>((log_weights.array() == kNone).count());
+  found.lost = static_cast<int>((log_weights.array() == kImpossible).count());
   return found;
 }
 
@@ -88,7 +88,7 @@ VectorXd log_weights(const ShotBatch& shots, const LinearAt& linear, const Matri
       draws.found[static_cast<std::size_t>(again[i])] = anew.found[i];
     }
   }
-  VectorXd weights = VectorXd::Constant(normals.cols(), kNone);
+  VectorXd weights = VectorXd::Constant(normals.cols(), kImpossible);
   starts.setConstant(std::numeric_limits<double>::quiet_NaN());
   std::vector<Index> found;
   for (Index l = 0; l < normals.cols(); ++l)
@@ -119,7 +119,7 @@ ImportanceEstimate sample_shape(const CohortModel& cohort, int shape, const Spec
   const Index sets = (samples + kMostOfOneSet - 1) / kMostOfOneSet;
   if (starts.cols() != of_set * sets)
     starts = MatrixXd::Constant(specimen.data(), of_set * sets, std::numeric_limits<double>::quiet_NaN());
-  MatrixXd weights = MatrixXd::Constant(of_set, sets, kNone);
+  MatrixXd weights = MatrixXd::Constant(of_set, sets, kImpossible);
   const Index sets_at_once = enough > 0 ? std::max<Index>(1, shots.at_once() / of_set) : sets;
   const std::uint64_t seed = cohort.settings().seed + static_cast<std::uint64_t>(shape);
   for (Index i = 0; i < sets; i += sets_at_once) {

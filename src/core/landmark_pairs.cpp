@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "core/first_names.hpp"
 #include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
@@ -236,16 +237,23 @@ Landmarks in_order_of(const Landmarks& first, const Landmarks& other, std::vecto
   return result;
 }
 
+namespace {
+
+std::vector<std::string> described(const Landmarks& shape, const std::vector<int>& landmarks) {
+  std::vector<std::string> names;
+  for (const int a : landmarks) names.push_back(shape.describe(a));
+  return names;
+}
+
+}  // namespace
+
 std::string listed(const Landmarks& shape, const std::vector<int>& landmarks) {
   constexpr std::size_t kMost = 5;
-  if (landmarks.size() <= kMost) return all_listed(shape, landmarks);
-  return all_listed(shape, {landmarks.begin(), landmarks.begin() + kMost}) + ", …";
+  return text::first_of(described(shape, landmarks), kMost);
 }
 
 std::string all_listed(const Landmarks& shape, const std::vector<int>& landmarks) {
-  std::string text;
-  for (const int a : landmarks) text += (text.empty() ? "" : ", ") + shape.describe(a);
-  return text;
+  return text::first_of(described(shape, landmarks), landmarks.size());
 }
 
 bool is_undigitised(const Landmarks& shape) {

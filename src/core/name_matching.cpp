@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "core/first_names.hpp"
 #include "core/text.hpp"
 #include "pulson/core/name_table.hpp"
 
@@ -372,12 +373,11 @@ class Matcher {
       if (!words.empty()) ignored.push_back(std::move(words));
     constexpr std::size_t kShown = 20;
     std::vector<std::string> shown;
-    for (std::size_t i = 0; i < pairs.size() && i < kShown; ++i)
-      shown.push_back(fmt::format("{} with {}", quoted_line(first_.names[pairs[i]]),
-                                  quoted_line(other_.names[static_cast<std::size_t>(match_.partners[pairs[i]])])));
-    return fmt::format("{} and {}: names matched after ignoring {}: {}{}", first_.source, other_.source,
-                       fmt::join(ignored, "; "), fmt::join(shown, ", "),
-                       pairs.size() > kShown ? fmt::format(", … ({} in all)", pairs.size()) : "");
+    for (const std::size_t pair : pairs)
+      shown.push_back(fmt::format("{} with {}", quoted_line(first_.names[pair]),
+                                  quoted_line(other_.names[static_cast<std::size_t>(match_.partners[pair])])));
+    return fmt::format("{} and {}: names matched after ignoring {}: {}", first_.source, other_.source,
+                       fmt::join(ignored, "; "), text::first_of(std::move(shown), kShown));
   }
 
   const NameList& first_;

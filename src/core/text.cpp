@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "first_names.hpp"
 #include "paths.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
@@ -132,6 +133,12 @@ std::string image_stem(std::string_view image) {
 
 std::string counted(std::size_t count, std::string_view noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+std::string first_of(std::vector<std::string> names, std::size_t most) {
+  const std::size_t more = names.size() - std::min(names.size(), most);
+  names.resize(names.size() - more);
+  return fmt::format("{}{}", fmt::join(names, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
 }
 
 void fail(const std::string& path, std::size_t line, const std::string& message) {

@@ -8,6 +8,9 @@ namespace pulson {
 /// What is not defined, such as the diagnostics of draws that do not change.
 inline constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
+/// The logarithm of the probability of what cannot be.
+inline constexpr double kImpossible = -std::numeric_limits<double>::infinity();
+
 /// The larger and the smaller of two numbers, undefined where either is: std::max and std::fmax pass over NaN, and the
 /// worst of several diagnostics would be that of those that happen to be defined.
 inline double max_or_undefined(double a, double b) {

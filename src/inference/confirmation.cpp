@@ -18,7 +18,6 @@ namespace {
 constexpr double kByChance = 0.002;
 constexpr double kFewestEffective = 200;
 constexpr double kLargestError = 0.5;  // of a log evidence that says anything
-constexpr double kMixed = 1.05;        // R-hat of the log likelihood of tempered chains that are short
 constexpr double kFewestExchanges = 0.05;
 
 // The estimates of chains, compared with those of other draws one after the other.
@@ -70,7 +69,7 @@ bool is_of_use(const ImportanceEstimate& estimate) {
 
 bool is_of_use(const PosteriorDraws& tempered) {
   const double rhat = rank_rhat(tempered.by_chain(tempered.log_likelihood.transpose()));
-  return rhat <= kMixed && tempered.log_evidence.standard_error <= kLargestError &&
+  return rhat <= kHighRhatOfShort && tempered.log_evidence.standard_error <= kLargestError &&
          *std::min_element(tempered.exchanged.begin(), tempered.exchanged.end()) >= kFewestExchanges;
 }
 

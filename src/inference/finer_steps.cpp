@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "core/factorisations.hpp"
@@ -22,7 +21,6 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr std::uint64_t kRefinements = 1ULL << 22U;
-constexpr double kNoLikelihood = -std::numeric_limits<double>::infinity();
 // Of weighted draws, where it is not known to a quarter of kStepError before; in vector lanes four cost about one path.
 constexpr std::int64_t kFirstDraws = 1000, kMoreDraws = 4;
 constexpr std::int64_t kMostDraws = 8000, kMostLaneDraws = 64000;
@@ -76,7 +74,7 @@ Estimate of_specimen(const ChainSetting& setting, const ThetaPoint& theta, std::
     fine.segment(first, count) = of_prior + with_finer.log_likelihoods(with_finer.ends(halved));
   });
   const double largest = coarse.maxCoeff();
-  if (!(largest > kNoLikelihood) || !(fine.maxCoeff() > kNoLikelihood)) return {kUndefined, kUndefined};
+  if (!(largest > kImpossible) || !(fine.maxCoeff() > kImpossible)) return {kUndefined, kUndefined};
   const ArrayXd of_coarse = (coarse.array() - largest).exp(), of_fine = (fine.array() - largest).exp();
   const double difference = std::log(of_fine.mean() / of_coarse.mean());
   const ArrayXd influence = of_fine / of_fine.mean() - of_coarse / of_coarse.mean();

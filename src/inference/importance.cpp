@@ -21,7 +21,6 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr std::uint64_t kImportanceChains = 1ULL << 21U;
-constexpr double kNoWeight = -std::numeric_limits<double>::infinity();
 constexpr Index kAtOneTheta = 8;         // draws of a specimen, as many as the widest vectors have lanes
 constexpr Index kFirst = 4096;           // draws after which it is known whether more are of use
 constexpr double kOfUse = 40;            // effective draws of the first: a hundredth of them
@@ -51,7 +50,7 @@ Weighted draws_at(const ChainSetting& setting, std::size_t s, const ThetaPoint& 
   const Index momenta = specimen.momentum_unknowns(), positions = draws.ends.positions.rows();
   Weighted made{draws.log_weights, MatrixXd::Zero(momenta + 2 * positions, count)};
   for (Index i = 0; i < count; ++i) {
-    if (!(made.log_weights[i] > kNoWeight)) continue;
+    if (!(made.log_weights[i] > kImpossible)) continue;
     const auto component = static_cast<Index>(draws.components[static_cast<std::size_t>(i)]);
     made.log_weights[i] += log_weights[component] - often[component];
     if (momenta > 0) made.numbers.col(i).head(momenta) = specimen.momenta(theta.models[s], draws.z.col(i)).reshaped();
@@ -62,12 +61,12 @@ Weighted draws_at(const ChainSetting& setting, std::size_t s, const ThetaPoint& 
 
 // The mean weight and the weighted means of numbers.
 struct Mean {
-  double log_weight = kNoWeight;
+  double log_weight = kImpossible;
   VectorXd numbers;
 };
 Mean mean_of(const Weighted& draws) {
   const double largest = draws.log_weights.maxCoeff();
-  if (!(largest > kNoWeight)) return {kNoWeight, VectorXd::Zero(draws.numbers.rows())};
+  if (!(largest > kImpossible)) return {kImpossible, VectorXd::Zero(draws.numbers.rows())};
   const VectorXd weights = (draws.log_weights.array() - largest).exp();
   return {largest + std::log(weights.mean()), draws.numbers * weights / weights.sum()};
 }
@@ -92,7 +91,7 @@ Mean joint_draw(const ChainSetting& setting, std::uint64_t number, Index numbers
       row += mean.numbers.size();
     }
   } catch (const Error&) {
-    joint.log_weight = kNoWeight;  // θ without a model
+    joint.log_weight = kImpossible;  // θ without a model
   }
   return joint;
 }
@@ -105,7 +104,7 @@ double effective_count(const ArrayXd& weights) {
 void add(const Weighted& draws, ImportanceEstimate& to) {
   const auto count = static_cast<double>(draws.log_weights.size());
   const double largest = draws.log_weights.maxCoeff();
-  if (!(largest > kNoWeight)) {
+  if (!(largest > kImpossible)) {
     to.effective = 0;
     to.pareto_k = kUndefined;
     return;

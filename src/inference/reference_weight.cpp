@@ -1,8 +1,8 @@
 #include "reference_weight.hpp"
 
 #include <cmath>
-#include <limits>
 
+#include "core/undefined.hpp"
 #include "normal_quantile.hpp"
 #include "posterior/fitted_draws.hpp"
 #include "pulson/core/errors.hpp"
@@ -21,7 +21,6 @@ constexpr std::uint64_t kReferenceChains = 1ULL << 20U;
 constexpr double kFitted = 1e-2;
 constexpr double kPassing = 0.5;
 constexpr std::size_t kWhetherWide = (1U << 10U) - 1;  // the last of the kinds of random numbers
-constexpr double kNoPath = -std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -70,7 +69,7 @@ LogMixture log_mixture_of(const ChainSetting& setting, std::size_t specimen, con
   const std::vector<Component>& components = setting.reference.components[specimen];
   const Specimen& of = setting.specimens[specimen];
   const double volume = of.log_volume(theta.models[specimen]);
-  LogMixture mixture{0, VectorXd::Constant(std::ssize(linear), kNoPath), {}};
+  LogMixture mixture{0, VectorXd::Constant(std::ssize(linear), kImpossible), {}};
   for (std::size_t c = 0; c < linear.size(); ++c) {
     const double width = components[c].width / std::sqrt(power);
     if (components[c].mode == mixture.residuals.size()) mixture.residuals.emplace_back(width * linear[c].residual(z));
@@ -141,7 +140,7 @@ SpecimenDraws specimen_draws(const ChainSetting& setting, std::size_t s, const T
   const std::vector<LinearAt>& linear = theta.linear[s];
   const Index count = normals.cols();
   const posterior::ShotBatch shots(specimen, theta.models[s], setting.move.fits_data ? &linear.front() : nullptr);
-  SpecimenDraws draws{{}, MatrixXd::Zero(specimen.unknowns(), count), {}, VectorXd::Constant(count, kNoPath)};
+  SpecimenDraws draws{{}, MatrixXd::Zero(specimen.unknowns(), count), {}, VectorXd::Constant(count, kImpossible)};
   std::vector<Index> to_fit;
   for (Index i = 0; i < count; ++i) {
     const std::size_t component = drawn_component(often, uniforms[i]);
@@ -163,7 +162,7 @@ SpecimenDraws specimen_draws(const ChainSetting& setting, std::size_t s, const T
   const VectorXd log_likelihoods = shots.log_likelihoods(draws.ends);
   std::vector<Index> with_path;
   for (Index i = 0; i < count; ++i)
-    if (found[static_cast<std::size_t>(i)] != 0 && log_likelihoods[i] > kNoPath) with_path.push_back(i);
+    if (found[static_cast<std::size_t>(i)] != 0 && log_likelihoods[i] > kImpossible) with_path.push_back(i);
   VectorXd densities;  // of fitted draws
   if (setting.move.fits_data && !with_path.empty()) {
     MatrixXd residuals(specimen.data(), std::ssize(with_path));
@@ -179,7 +178,7 @@ SpecimenDraws specimen_draws(const ChainSetting& setting, std::size_t s, const T
       const std::vector<char> are =
           are_fitted_draws(shots, linear.front(), z(Eigen::all, others), residuals(Eigen::all, others), kFitted);
       for (std::size_t j = 0; j < others.size(); ++j)
-        if (are[j] == 0) densities[others[j]] = kNoPath;
+        if (are[j] == 0) densities[others[j]] = kImpossible;
     }
   }
   for (std::size_t j = 0; j < with_path.size(); ++j) {
@@ -237,7 +236,7 @@ ReferenceDraws reference_draws(const ChainSetting& setting, std::uint64_t first,
       one.log_weights[0] = log_standard_normal(phi) - setting.reference.log_density(phi);
       for (std::size_t s = 0; s < setting.specimens.size(); ++s) add_draws(setting, theta, s, number, one);
     } catch (const Error&) {
-      one = {VectorXd::Constant(1, kNoPath), VectorXd::Zero(1)};
+      one = {VectorXd::Constant(1, kImpossible), VectorXd::Zero(1)};
     }
     draws.log_weights[i] = one.log_weights[0];
     draws.log_parts[i] = one.log_parts[0];

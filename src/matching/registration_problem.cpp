@@ -239,7 +239,6 @@ RobustOptions robust_options(const Points& q0, const RegistrationOptions& option
 // has the weights of the data.
 RobustData fit_robustly(MatchingShapes& shapes, const RegistrationOptions& options) {
   constexpr int kMostAlignments = 6;
-  constexpr double kSettled = 0.02;  // change of weights, twice that at which a fit ends
   const Eigen::VectorXd given = landmark_weights(shapes.data.weights, shapes.source.count());
   const auto fit = [&](const Eigen::VectorXd& weights) -> RobustFit {
     shapes.data.weights = given.cwiseProduct(weights);
@@ -252,7 +251,7 @@ RobustData fit_robustly(MatchingShapes& shapes, const RegistrationOptions& optio
     const Eigen::VectorXd next = fit(weights).predicted_weights();
     const double change = (next - weights).cwiseAbs().maxCoeff();
     weights = next;
-    if (change < kSettled) break;
+    if (change < 2 * kSettledWeights) break;
   }
   weights = fit(weights).settle(weights);
   RobustFit last = fit(weights);
@@ -338,13 +337,12 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
 }
 
 bool reweight(RegistrationProblem& problem, const Points& result) {
-  constexpr double kSettled = 0.01;  // change of weights
   if (!problem.robust) return false;
   const RobustFit& fit = problem.robust->fit;
   const Eigen::VectorXd weights = fit.updated(problem.robust->weights, result - problem.target.points);
   const Eigen::VectorXd data_weights = fit.data_weights(weights);
   const double change = (weights - problem.robust->weights).cwiseAbs().maxCoeff();
-  if (change < kSettled ||
+  if (change < kSettledWeights ||
       !is_determined(problem.original.points, problem.target.points, problem.alignment.kind, data_weights))
     return false;
   problem.robust->weights = weights;

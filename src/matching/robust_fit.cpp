@@ -27,7 +27,6 @@ constexpr int kRatios = 13;
 constexpr int kWidthsPerDoubling = 4;
 // A landmark with less weight is left out: its variance would be beyond that of the others' rounding.
 constexpr double kNoWeight = 1e-4;
-constexpr double kSettled = 0.01;  // change of weights
 constexpr int kMostPredictions = 20, kMostMeans = 40;
 constexpr Index kFewestMore = 4;  // coordinates beyond the directions of the alignment
 
@@ -247,7 +246,7 @@ VectorXd RobustFit::predicted_weights() const {
     if (!determines(precision_of(next))) break;
     const double change = (next - weights).cwiseAbs().maxCoeff();
     weights = next;
-    if (change < kSettled) break;
+    if (change < kSettledWeights) break;
   }
   return spread_out(weights);
 }
@@ -289,7 +288,7 @@ VectorXd RobustFit::settle(VectorXd weights) {
     if (!determines(data_weights(next)(observed_))) break;
     const double change = (next - weights).cwiseAbs().maxCoeff();
     weights = next;
-    if (change < kSettled) break;
+    if (change < kSettledWeights) break;
   }
   return weights;
 }

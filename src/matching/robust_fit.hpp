@@ -8,6 +8,9 @@
 
 namespace pulson::matching {
 
+/// The largest change of a weight at which rounds of weights and fits end.
+inline constexpr double kSettledWeights = 0.01;
+
 /// Numbers of the linear model of displacements, in diameters: V = K/λ + σ²/w.
 struct DisplacementScales {
   KernelOperator kernel;

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "core/undefined.hpp"
 #include "lane_shots.hpp"
 
 namespace pulson::posterior {
@@ -63,9 +63,8 @@ ShotBatch::Ends ShotBatch::ends(const MatrixXd& z) const {
 }
 
 Eigen::VectorXd ShotBatch::log_likelihoods(const Ends& ends) const {
-  constexpr double kNone = -std::numeric_limits<double>::infinity();
   const double volume = specimen_.log_volume(model_);
-  Eigen::VectorXd logs = Eigen::VectorXd::Constant(ends.positions.cols(), kNone);
+  Eigen::VectorXd logs = Eigen::VectorXd::Constant(ends.positions.cols(), kImpossible);
   for (Index l = 0; l < logs.size(); ++l) {
     if (ends.found[static_cast<std::size_t>(l)] == 0) continue;
     const double value = -0.5 * specimen_.residual(model_, ends.positions.col(l)).squaredNorm() - volume;

@@ -1,15 +1,15 @@
 #pragma once
 
-#include "formats/json/json_reader.hpp"
+#include "facts.hpp"
 #include "pulson/records/records.hpp"
 
 namespace pulson::records {
 
-/// How many of the clean paths end in a different order, with its error or the bound that holds with 95 %; null where
-/// there is no order, or no clean path.
-formats::Json crossing_json(const EnsembleRun& run);
+/// Of an ensemble; `crossing` is of landmarks on a line: how many of the clean paths end in a different order.
+const Facts<EnsembleRun>& ensemble_facts();
 
-/// How many paths ended how.
-formats::Json paths_json(const ensemble::PathCounts& paths);
+/// To a record; `crossing` is null where there is no order or no clean path, and has where all paths are alike the
+/// bound that holds with 95 %.
+void add_ensemble_facts(formats::Json& json, const Facts<EnsembleRun>& facts, const EnsembleRun& run);
 
 }  // namespace pulson::records

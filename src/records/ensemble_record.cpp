@@ -67,61 +67,79 @@ void for_each_coordinate(const EnsembleRun& run, const Visit& visit) {
   }
 }
 
-}  // namespace
-
-formats::Json crossing_json(const EnsembleRun& run) {
-  const bool defined = run.start.q.rows() == 1 && run.start.q.cols() > 1 && run.sums.paths.clean > 0;
-  if (!defined) return nullptr;
-  const ensemble::PathCounts& paths = run.sums.paths;
-  const Estimate estimate = run.sums.crossing_probability();
-  const auto all = static_cast<double>(run.sums.samples);
-  const auto crossed = static_cast<double>(run.sums.crossing.at_end);
-  formats::Json json;
-  json["probability"] = estimate.value;
-  const bool all_alike = run.sums.crossing.at_end == 0 || run.sums.crossing.at_end == paths.clean;
-  json["standard_error"] = all_alike ? formats::Json(nullptr) : defined_or_null(estimate.standard_error);
-  if (all_alike) {
-    const double unseen = unseen_below(static_cast<double>(paths.clean));
-    json[crossed == 0 ? "below_95" : "above_95"] = crossed == 0 ? unseen : 1 - unseen;
-  }
-  json["ever"] = static_cast<double>(run.sums.crossing.ever) / static_cast<double>(paths.clean);
-  json["over"] = "clean paths";
-  json["if_all_others_did_not"] = crossed / all;
-  json["if_all_others_did"] = (crossed + all - static_cast<double>(paths.clean)) / all;
-  return json;
+bool are_alike(const EnsembleRun& run) {
+  return run.sums.crossing.at_end == 0 || run.sums.crossing.at_end == run.sums.paths.clean;
 }
 
-formats::Json paths_json(const ensemble::PathCounts& paths) {
-  return {
-      {"clean", paths.clean}, {"no_root", paths.no_root}, {"momentum_bound", paths.momentum_bound}, {"tie", paths.tie}};
+double fraction(std::int64_t part, std::int64_t all) { return static_cast<double>(part) / static_cast<double>(all); }
+
+}  // namespace
+
+const Facts<EnsembleRun>& ensemble_facts() {
+  using R = EnsembleRun;
+  static const Facts<R> facts = {
+      {"partial", "partial", "whether paths are left to be sampled", "", &R::partial},
+      {"kernel", "kernel", "of the flow", "{}", [](const R& r) { return r.system.kernel.spec(); }},
+      {"noise", "noise", "the noise model", "{}", [](const R& r) { return r.system.noise->spec(); }},
+      {"integrator", "integrator", "of the paths", "", &R::integrator},
+      {"method", "method", "how paths were computed", "", &R::method},
+      {"samples", "paths", "sample paths", "", [](const R& r) { return r.sums.samples; }},
+      {"samples_wanted", "paths asked for", "those of all shards", "", [](const R& r) { return r.options.samples; }},
+      {"antithetic", "antithetic", "whether each second path has the negative noise", "",
+       [](const R& r) { return r.options.antithetic; }},
+      {"seed", "seed", "of the random numbers", "", [](const R& r) { return r.options.seed; }},
+      {"dt", "time step", "of the integrator", "{:.4g}", [](const R& r) { return r.options.grid.dt(); }},
+      {"steps", "steps", "of the integrator", "", [](const R& r) { return r.options.grid.steps; }},
+      {"time", "time", "T", "{:.4g}", [](const R& r) { return r.options.grid.time; }},
+      {"threads", "threads", "of this process", "", &R::threads},
+      {"seconds", "seconds", "of sampling", "{:.2f}", &R::seconds},
+      {"source", "source", "where the start is from", "", [](const R& r) { return r.shape.source; }},
+      {"crossing.probability", "probability of crossing", "that the order at the end differs, of clean paths", "{:.3g}",
+       [](const R& r) { return defined(r.sums.crossing_probability().value); }},
+      {"crossing.standard_error", "its standard error", "undefined where all paths are alike", "{:.2g}",
+       [](const R& r) { return defined(are_alike(r) ? kUndefined : r.sums.crossing_probability().standard_error); }},
+      {"crossing.ever", "fraction out of order at some step", "of clean paths", "{:.4g}",
+       [](const R& r) { return defined(fraction(r.sums.crossing.ever, r.sums.paths.clean)); }},
+      {"crossing.over", "over", "what these are fractions of", "", [](const R&) { return std::string("clean paths"); }},
+      {"crossing.if_all_others_did_not", "if no other path crossed", "the probability over all paths", "{:.3g}",
+       [](const R& r) { return defined(fraction(r.sums.crossing.at_end, r.sums.samples)); }},
+      {"crossing.if_all_others_did", "if all others crossed", "the probability over all paths", "{:.3g}",
+       [](const R& r) {
+         return defined(fraction(r.sums.crossing.at_end + r.sums.samples - r.sums.paths.clean, r.sums.samples));
+       }},
+      {"paths.clean", "clean paths", "followed to the end", "", [](const R& r) { return r.sums.paths.clean; }},
+      {"paths.no_root", "paths without a root", "whose step had no solution", "",
+       [](const R& r) { return r.sums.paths.no_root; }},
+      {"paths.momentum_bound", "paths beyond the bound", "of the momenta", "",
+       [](const R& r) { return r.sums.paths.momentum_bound; }},
+      {"paths.tie", "ties", "paths with two landmarks at one place at the end", "",
+       [](const R& r) { return r.sums.paths.tie; }},
+      {"momentum_bound", "bound of the momenta", "beyond which a path is not clean", "{:.4g}",
+       [](const R& r) { return defined(r.options.momentum_bound); }},
+      {"largest_momentum", "largest momentum", "of a landmark in a clean path", "{:.4g}",
+       [](const R& r) { return defined(r.sums.largest_momentum); }},
+      {"momentum_error_max", "error of the total momentum", "largest change, relative to the sum of |p0|", "{:.1e}",
+       [](const R& r) { return r.sums.momentum_error; }}};
+  return facts;
+}
+
+void add_ensemble_facts(formats::Json& json, const Facts<EnsembleRun>& facts, const EnsembleRun& run) {
+  add_facts(json, facts, run);
+  const ensemble::PathCounts& paths = run.sums.paths;
+  if (!run.has_crossing())
+    json["crossing"] = nullptr;
+  else if (const double unseen = unseen_below(static_cast<double>(paths.clean)); are_alike(run))
+    json["crossing"].update(run.sums.crossing.at_end == 0 ? formats::Json{{"below_95", unseen}}
+                                                          : formats::Json{{"above_95", 1 - unseen}});
 }
 
 std::string ensemble_json(const EnsembleRun& run) {
   formats::Json json;
   json["format"] = "pulson ensemble 1";
   json["version"] = version();
-  json["partial"] = run.partial();
-  json["kernel"] = run.system.kernel.spec();
-  json["noise"] = run.system.noise->spec();
-  json["integrator"] = run.integrator;
-  json["method"] = run.method;
-  json["samples"] = run.sums.samples;
-  json["samples_wanted"] = run.options.samples;
-  json["antithetic"] = run.options.antithetic;
-  json["seed"] = run.options.seed;
-  json["dt"] = run.options.grid.dt();
-  json["steps"] = run.options.grid.steps;
-  json["time"] = run.options.grid.time;
-  json["threads"] = run.threads;
-  json["seconds"] = run.seconds;
-  json["source"] = run.shape.source;
+  add_ensemble_facts(json, ensemble_facts(), run);
   json["q"] = formats::points_json(run.start.q);
   json["p"] = formats::points_json(run.start.p);
-  json["crossing"] = crossing_json(run);
-  json["paths"] = paths_json(run.sums.paths);
-  json["momentum_bound"] = defined_or_null(run.options.momentum_bound);
-  json["largest_momentum"] = defined_or_null(run.sums.largest_momentum);
-  json["momentum_error_max"] = run.sums.momentum_error;
   add_means(json, run);
   return formats::one_key_a_line(require_finite(json));
 }

@@ -15,6 +15,7 @@
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/records/records.hpp"
 #include "record_text.hpp"
+#include "registration_facts.hpp"
 #include "verdicts_json.hpp"
 
 namespace pulson::records {
@@ -317,22 +318,48 @@ formats::Json homotopy_json(const matching::Registration& registration,
 
 }  // namespace
 
+const Facts<matching::Registration>& registration_facts() {
+  using R = matching::Registration;
+  static const Facts<R> facts = {
+      {"kernel", "kernel", "of the flow", "{}", &R::kernel},
+      {"noise", "noise", "the noise model", "{}", &R::noise},
+      {"mode", "mode", "which of momenta and noise are searched for", "", [](const R& r) { return mode_name(r.mode); }},
+      {"integrator", "integrator", "of the path", "", &R::integrator},
+      {"steps", "steps", "of the integrator", "", [](const R& r) { return r.grid.steps; }},
+      {"time", "time", "T", "{:.4g}", [](const R& r) { return r.grid.time; }},
+      {"sigma", "sigma", "standard deviation of an observed coordinate, length units", "{:.4g}", &R::sigma},
+      {"lambda", "lambda", "weight of the energy", "{:.4g}", &R::lambda},
+      {"solver", "search", "the solver", "", [](const R& r) { return solver_name(r.solver); }},
+      {"converged", "converged", "whether the search converged", "", &R::converged},
+      {"matched", "matched", "whether rms is at most 3 sigma and no landmark is further than the largest of N may be",
+       "", &R::matched},
+      {"stop_reason", "ended", "why the search ended", "", &R::stop_reason},
+      {"relative_gradient", "relative gradient", "where the search ended", "{:.1e}", &R::relative_gradient},
+      {"iterations", "iterations", "of the search", "", &R::iterations},
+      {"evaluations", "evaluations", "of the cost", "", &R::evaluations},
+      {"seconds", "seconds", "of the search", "{:.2f}", &R::seconds},
+      {"unknowns", "unknowns", "of the search", "", &R::unknowns},
+      {"seed", "seed", "of drawn noise", "", &R::seed},
+      {"samples", "realisations", "of drawn noise", "", &R::samples},
+      {"cost.total", "cost", "J = energy + action + data", "{:.4g}", [](const R& r) { return r.cost.total(); }},
+      {"cost.energy", "energy", "(lambda/2) p0'K p0", "{:.4g}", [](const R& r) { return r.cost.energy; }},
+      {"cost.action", "action", "1/2 sum |dW|^2/dt", "{:.4g}", [](const R& r) { return r.cost.action; }},
+      {"cost.data", "data", "1/2 |q(T) - y|^2/sigma^2", "{:.4g}", [](const R& r) { return r.cost.data; }},
+      {"rms", "rms distance after", "root mean square distance of a landmark from its target, length units", "{:.4g}",
+       &R::rms},
+      {"initial_rms", "rms distance before", "the same of the aligned source", "{:.4g}", &R::initial_rms},
+      {"original_rms", "rms distance before the alignment", "the same of the source as given", "{:.4g}",
+       &R::original_rms},
+      {"max_residual", "largest distance", "of a landmark from its target, length units", "{:.4g}", &R::max_residual}};
+  return facts;
+}
+
 std::string registration_json(const matching::Registration& registration, const RegistrationFacts& facts) {
   formats::Json json;
   json["format"] = "pulson registration 1";
   json["version"] = version();
-  json["kernel"] = registration.kernel;
-  json["noise"] = registration.noise;
-  json["mode"] = mode_name(registration.mode);
-  json["integrator"] = registration.integrator;
-  json["steps"] = registration.grid.steps;
-  json["time"] = registration.grid.time;
+  add_facts(json, registration_facts(), registration);
   if (registration.fitted_kernel) json["kernel_fit"] = kernel_fit_json(*registration.fitted_kernel);
-  json["sigma"] = registration.sigma;
-  json["lambda"] = registration.lambda;
-  json["solver"] = solver_name(registration.solver);
-  json["converged"] = registration.converged;
-  json["matched"] = registration.matched();
   if (registration.step_error)
     json["step_error"] = {{"rms", registration.step_error->rms}, {"cost", registration.step_error->cost}};
   if (const auto& limit = registration.extrapolated)
@@ -340,28 +367,15 @@ std::string registration_json(const matching::Registration& registration, const 
         {"cost", cost_json(limit->cost)}, {"coarse_steps", limit->coarse_steps}, {"error", limit->error}};
   if (registration.noise_displacement) json["noise_displacement"] = *registration.noise_displacement;
   if (registration.amplification) json["amplification"] = *registration.amplification;
-  json["stop_reason"] = registration.stop_reason;
-  json["relative_gradient"] = registration.relative_gradient;
-  json["iterations"] = registration.iterations;
-  json["evaluations"] = registration.evaluations;
-  json["seconds"] = registration.seconds;
-  json["unknowns"] = registration.unknowns;
-  json["seed"] = registration.seed;
-  json["samples"] = registration.samples;
   json["notes"] = registration.notes;
   json["data"] = data_json(registration.data);
   if (registration.robust) {
     json["loss"] = registration.robust->loss;
     json["weights"] = numbers_json(registration.robust->weights);
   }
-  json["cost"] = cost_json(registration.cost);
   if (!registration.minima.empty()) json["minima"] = minima_json(registration.minima);
   json["shares"] = shares_json(registration, facts.shares);
   add_verdicts(registration, facts, json);
-  json["rms"] = registration.rms();
-  json["initial_rms"] = registration.initial_rms();
-  json["original_rms"] = registration.original_rms();
-  json["max_residual"] = registration.max_residual();
   json["order_inversions"] = optional_json(facts.counts.order_inversions);
   json["flipped_triangles"] = optional_json(facts.counts.flipped_triangles);
   json["alignment"] = alignment_json(registration.alignment);

@@ -1,11 +1,11 @@
 #include "shards.hpp"
 
-#include <algorithm>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
+#include "core/first_names.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::records {
@@ -43,11 +43,9 @@ std::vector<std::size_t> shards_in_order(const std::vector<ShardState>& parts) {
       missing.push_back(shard_name({k + 1, count}));
   if (missing.empty()) return order;
   constexpr std::size_t kMostNamed = 10;
-  const std::size_t all = missing.size();
-  missing.resize(std::min(all, kMostNamed));
-  throw InputError(fmt::format("part{} {}{} {} missing", all > 1 ? "s" : "", fmt::join(missing, ", "),
-                               all > kMostNamed ? fmt::format(" and {} more", all - kMostNamed) : "",
-                               all > 1 ? "are" : "is"));
+  const bool are_several = missing.size() > 1;
+  throw InputError(fmt::format("part{} {} {} missing", are_several ? "s" : "",
+                               text::first_of(std::move(missing), kMostNamed), are_several ? "are" : "is"));
 }
 
 }  // namespace pulson::records

@@ -158,7 +158,7 @@ TEST_F(ShapeRows, OfSleapAreNamedByTrackAndFrame) {
   EXPECT_EQ(file.shapes[2].name, "1");
   EXPECT_TRUE(have_same_bits(file.shapes[1].points, points_2d({5, 6, kNone, kNone})));
   EXPECT_THAT(file.warnings,
-              ElementsAre("t.txt: columns that are not used: 'instance.score' 'nose.score' 'tail.score'"));
+              ElementsAre("t.txt: columns that are not used: 'instance.score', 'nose.score', 'tail.score'"));
 }
 
 TEST_F(ShapeRows, AreRefusedWhereLinesHoldALandmarkOfTwoShapes) {

@@ -147,5 +147,43 @@ INSTANTIATE_TEST_SUITE_P(
                    {"fokker_planck.png", "report.html"}}),
     kName);
 
+using ListedFacts = Program;
+
+// Each fact that `info columns` lists of a verb is in its record, under its key.
+TEST_F(ListedFacts, AreWritten) {
+  write("a.csv", "0\n1\n");
+  write("b.csv", "0.1\n1.2\n");
+  ASSERT_EQ(run(words("info columns --json columns.json")).exit_code, 0);
+  const nlohmann::json listed = read_json("columns.json");
+  const auto expect_written = [&](const std::string& line, const std::string& begin, const std::string& record,
+                                  const std::string& place) {
+    ASSERT_THAT(run(words(line)).exit_code, AnyOf(0, 3)) << line;
+    const nlohmann::json written = read_json(record);
+    int tables = 0;
+    for (const auto& table : listed["columns"]) {
+      if (!table["files"].get<std::string>().starts_with(begin)) continue;
+      ++tables;
+      EXPECT_FALSE(table["columns"].empty());
+      for (const auto& column : table["columns"]) {
+        std::string key = column["key"];
+        std::replace(key.begin(), key.end(), '.', '/');
+        EXPECT_TRUE(written.contains(nlohmann::json::json_pointer(place + key))) << record << ": " << key;
+        EXPECT_FALSE(column["description"].get<std::string>().empty()) << key;
+      }
+    }
+    EXPECT_GT(tables, 0) << begin;
+  };
+  const std::string kSample =
+      "sample a.csv b.csv -o sample --noise ch-sd:beta=1 --steps 2 --chains 2 --draws 8 --warmup 4 --searches 1 "
+      "--no-picture";
+  expect_written(kSample, "sample: summary.json", "sample/summary.json", "/");
+  expect_written(kSample, "sample: convergence", "sample/summary.json", "/");
+  expect_written(kSample, "sample: the model", "sample/summary.json", "/");
+  expect_written(kSample, "sample: \"parameters\"", "sample/summary.json", "/momenta/0/");
+  expect_written("ensemble --q 0,1 --p 1,0 --noise ch-sd:beta=1 --samples 64 --dt 0.1 -o ensemble --no-picture",
+                 "ensemble: ", "ensemble/ensemble.json", "/");
+  expect_written("register a.csv b.csv -o pair --no-picture", "register: ", "pair/registration.json", "/");
+}
+
 }  // namespace
 }  // namespace pulson

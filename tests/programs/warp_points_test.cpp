@@ -59,7 +59,7 @@ TEST_F(WarpPoints, KeepAllColumnsOfATable) {
   moved("out.csv", "back.csv", "--inverse");
   EXPECT_EQ(contents("back.csv"), contents("cells.csv"));
   // Another format holds the points alone, and what is lost is listed.
-  EXPECT_THAT(moved("cells.csv", "out.json").err, HasSubstr("columns that are not used: 'type' 'area'"));
+  EXPECT_THAT(moved("cells.csv", "out.json").err, HasSubstr("columns that are not used: 'type', 'area'"));
   EXPECT_THAT(moved("spots.tsv", "spots.csv", "--columns x=px_col,y=px_row").err, HasSubstr("not used"));
   EXPECT_EQ(warp("cells.csv", "-o safe.csv --spreadsheet-safe").exit_code, 2);
 }

@@ -49,4 +49,7 @@ inline constexpr double kHighParetoK = 0.7;
 /// R-hat above which chains have not converged (§1).
 inline constexpr double kHighRhat = 1.01;
 
+/// The same of one number of short chains that confirm others: the variance between them is a tenth of that within.
+inline constexpr double kHighRhatOfShort = 1.05;
+
 }  // namespace pulson::inference

@@ -68,6 +68,8 @@ struct EnsembleRun {
   std::vector<std::string> notes{};  ///< on the start, for people
 
   bool partial() const { return sums.samples < options.shard_samples(); }
+  /// Whether landmarks have an order, which clean paths keep or change.
+  bool has_crossing() const { return start.q.rows() == 1 && start.q.cols() > 1 && sums.paths.clean > 0; }
 };
 
 /// The text of ensemble.json; NaN and what is not defined, as crossing in the plane, are null.

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "core/first_names.hpp"
 #include "core/text.hpp"
 #include "csv_columns.hpp"
 #include "pulson/core/errors.hpp"
@@ -38,11 +39,10 @@ void require_equal_lengths(const std::string& path, const std::vector<CsvRecord>
 
 std::vector<std::string> unused_columns(const std::string& path, const std::vector<std::string>& names) {
   if (names.empty()) return {};
-  std::string message = path + ": columns that are not used:";
   constexpr std::size_t kMost = 8;
-  for (std::size_t i = 0; i < std::min(kMost, names.size()); ++i) message += " " + text::in_quotes(names[i]);
-  if (names.size() > kMost) message += fmt::format(" and {} more", names.size() - kMost);
-  return {message};
+  std::vector<std::string> quoted;
+  for (const std::string& name : names) quoted.push_back(text::in_quotes(name));
+  return {path + ": columns that are not used: " + text::first_of(std::move(quoted), kMost)};
 }
 
 bool counts_from_one(const std::vector<std::string>& labels) {

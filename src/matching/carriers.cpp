@@ -27,8 +27,8 @@ constexpr Index kMostCoordinates = 3000;
 
 // Of any misfit, what carriers may leave unexplained. To first order J comes out greater by no more than this part.
 constexpr double kUnexplained = 1e-3;
-// Products with R for its norm: half of it is missed with a chance below 2 % for 10⁵ landmarks (Kuczyński & Woźniakowski
-// 1992, theorem 4.2).
+// Products with R for its norm: half of it is missed with a chance below 2 % for 10⁵ landmarks (Kuczyński &
+// Woźniakowski 1992, theorem 4.2).
 constexpr int kNormProducts = 8;
 // These cost as much as m columns did where m² is so many times the number of landmarks.
 constexpr Index kNormPays = 12;
@@ -52,7 +52,6 @@ class LeftOver {
   }
 
   void take(Index pivot) {
-    if (!(diagonal_[pivot] > least_)) return;
     if (count_ == columns_.cols()) columns_.conservativeResize(q_.cols(), std::max<Index>(64, 2 * count_));
     VectorXd column = root_[pivot] * root_.cwiseProduct(VectorXd(kernel_.gram(q_, q_.col(pivot))));
     column.noalias() -= columns_.leftCols(count_) * columns_.row(pivot).head(count_).transpose();
@@ -187,13 +186,12 @@ namespace {
 
 // Landmarks whose momenta do what those of all do, but for kUnexplained of any misfit: with a displacement of
 // covariance TK/λ the data have TK/λ + D⁻¹, which grows by that part if ‖R‖ ≤ kUnexplained·λ/T. The trace of R, no less
-// than its norm, is known at every pivot. Those distributed over the shape come first; more than `most` are of no use.
+// than its norm, is known at every pivot. Others are distributed between them; more than `most` are of no use.
 std::vector<Index> explaining(const MatchingProblem& problem, const VectorXd& precision, Index most) {
   const double enough = kUnexplained * problem.lambda / problem.grid.time;
   std::vector<Index> places = representatives(problem, kLeastCarriers);
   LeftOver left(problem.system.kernel, problem.source, precision);
-  for (const Index a : places) left.take(a);
-  for (Index tried = 0; std::ssize(places) <= most && left.trace() > enough;) {
+  for (Index tried = 0; left.count() <= most && left.trace() > enough;) {
     const Index m = left.count();
     if (m * m > kNormPays * problem.source.cols() && 8 * m > 9 * tried) {
       if (left.norm() <= enough) break;
@@ -205,6 +203,7 @@ std::vector<Index> explaining(const MatchingProblem& problem, const VectorXd& pr
     places.push_back(*pivot);
   }
   std::sort(places.begin(), places.end());
+  places.erase(std::unique(places.begin(), places.end()), places.end());
   return places;
 }
 

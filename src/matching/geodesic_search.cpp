@@ -209,7 +209,7 @@ class GeodesicSearch {
   const std::vector<Points>& near_;  ///< nodes of a path to begin near; may be empty
   TimeGrid grid_;                    ///< of shots
   std::optional<Carriers> carriers_;
-  double furthest_;  ///< of a shot from its path, rms
+  double furthest_;             ///< of a shot from its path, rms
   Points shift_, first_shift_;  ///< s, d×N
   std::vector<Minimum> minima_;
   std::vector<std::vector<Points>> others_;

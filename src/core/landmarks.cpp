@@ -5,6 +5,7 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <numeric>
 
 #include "core/landmark_pairs.hpp"
 #include "pulson/core/name_table.hpp"
@@ -97,11 +98,24 @@ std::vector<int> incomplete_points(const Points& points) {
   return incomplete;
 }
 
+// In the order of their distance from the middle: two points are no further apart than these add up to.
 double diameter(const Points& points) {
-  const Points complete = complete_points(points);
-  double largest = 0;
-  for (Eigen::Index b = 1; b < complete.cols(); ++b)
+  Points complete = complete_points(points);
+  if (complete.cols() < 2) return 0;
+  if (!complete.allFinite()) return std::numeric_limits<double>::infinity();
+  const Eigen::VectorXd middle = 0.5 * (complete.rowwise().minCoeff() + complete.rowwise().maxCoeff());
+  const Eigen::VectorXd out = (complete.colwise() - middle).colwise().norm();
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(out.size()));
+  std::iota(order.begin(), order.end(), Eigen::Index(0));
+  std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return out[a] > out[b]; });
+  complete = Points(complete(Eigen::all, order));
+  constexpr double kRounding = 1e-14;
+  double largest = 0;  // squared
+  for (Eigen::Index b = 1; b < complete.cols(); ++b) {
+    const double reach = (1 + kRounding) * (out[order[static_cast<std::size_t>(b)]] + out[order.front()]);
+    if (reach * reach < largest) break;
     largest = std::max(largest, (complete.leftCols(b).colwise() - complete.col(b)).colwise().squaredNorm().maxCoeff());
+  }
   return std::sqrt(largest);
 }
 
@@ -114,13 +128,30 @@ double median_distance(const Points& points) {
   return lower_median(std::move(distances));
 }
 
+// Along the longest axis, both ways, until points are further along it than the nearest is away.
 double median_nearest_distance(const Points& points) {
-  const Points complete = complete_points(points);
-  std::vector<double> nearest;
-  for (Eigen::Index b = 0; b < complete.cols() && complete.cols() > 1; ++b) {
-    Eigen::VectorXd distances = (complete.colwise() - complete.col(b)).colwise().norm();
-    distances[b] = std::numeric_limits<double>::infinity();
-    nearest.push_back(distances.minCoeff());
+  Points sorted = complete_points(points);
+  const Eigen::Index count = sorted.cols();
+  if (count < 2) return 0;
+  const Eigen::VectorXd along = sorted.row(longest_axis(sorted));
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), Eigen::Index(0));
+  std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return along[a] < along[b]; });
+  sorted = Points(sorted(Eigen::all, order));
+  const auto axis = longest_axis(sorted);
+  std::vector<double> nearest(static_cast<std::size_t>(count));
+  for (Eigen::Index b = 0; b < count; ++b) {
+    double least = std::numeric_limits<double>::infinity();  // squared
+    const auto search = [&](Eigen::Index a, Eigen::Index step) {
+      for (; a >= 0 && a < count; a += step) {
+        const double apart = sorted(axis, a) - sorted(axis, b);
+        if (apart * apart >= least) return;
+        least = std::min(least, (sorted.col(a) - sorted.col(b)).squaredNorm());
+      }
+    };
+    search(b + 1, 1);
+    search(b - 1, -1);
+    nearest[static_cast<std::size_t>(b)] = std::sqrt(least);
   }
   return lower_median(std::move(nearest));
 }

@@ -51,10 +51,19 @@ bool cross_each_other(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const 
   return cross(b - a, c - a) * cross(b - a, d - a) < 0 && cross(d - c, a - c) * cross(d - c, b - c) < 0;
 }
 
+// Of segments in the order of their left ends, those that begin before one ends.
 bool crosses_itself(const Points& points) {
-  for (Eigen::Index j = 2; j + 1 < points.cols(); ++j)
-    for (Eigen::Index i = 0; i + 1 < j; ++i)
-      if (cross_each_other(points.col(i), points.col(i + 1), points.col(j), points.col(j + 1))) return true;
+  const Eigen::Index count = points.cols() - 1;
+  const Eigen::VectorXd left = points.row(0).head(count).cwiseMin(points.row(0).tail(count));
+  const Eigen::VectorXd right = points.row(0).head(count).cwiseMax(points.row(0).tail(count));
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), Eigen::Index(0));
+  std::sort(order.begin(), order.end(), [&](Eigen::Index i, Eigen::Index j) { return left[i] < left[j]; });
+  for (auto i = order.begin(); i != order.end(); ++i)
+    for (auto j = i + 1; j != order.end() && left[*j] <= right[*i]; ++j)
+      if (std::abs(*i - *j) > 1 &&
+          cross_each_other(points.col(*i), points.col(*i + 1), points.col(*j), points.col(*j + 1)))
+        return true;
   return false;
 }
 

@@ -293,7 +293,7 @@ Points KernelOperator::hessian(const Points& q, const Points& p, const Points& d
   return sum;
 }
 
-// Landmarks without momentum add nothing.
+// Landmarks without momentum add nothing, and feel no force.
 Flow KernelOperator::flow(const Points& q, const Points& p) const {
   check_sources(q, q, p);
   if (are_on_line(terms_, q, q)) {
@@ -302,9 +302,19 @@ Flow KernelOperator::flow(const Points& q, const Points& p) const {
   }
   const Eigen::Index d = q.rows();
   const Indices moving = nonzero_columns(p);
-  const CoordinateRows sums =
-      pair_sum(PairSum::kFlow, terms_, q, nullptr, &p, part(q, moving), part(p, moving), nullptr, 2 * d);
-  return {sums.points(0, d, q.cols()), sums.points(d, d, q.cols())};
+  const Points at = part(q, moving), momenta = part(p, moving);
+  if (std::ssize(moving) == q.cols()) {
+    const CoordinateRows sums = pair_sum(PairSum::kFlow, terms_, q, nullptr, &p, at, momenta, nullptr, 2 * d);
+    return {sums.points(0, d, q.cols()), sums.points(d, d, q.cols())};
+  }
+  Flow flow{Points::Zero(d, q.cols()), Points::Zero(d, q.cols())};
+  if (moving.empty()) return flow;
+  const CoordinateRows sums = pair_sum(PairSum::kFlow, terms_, at, nullptr, &momenta, at, momenta, nullptr, 2 * d);
+  flow.velocity(Eigen::all, moving) = sums.points(0, d, at.cols());
+  flow.force(Eigen::all, moving) = sums.points(d, d, at.cols());
+  const Indices still = complement(moving, q.cols());
+  flow.velocity(Eigen::all, still) = apply(part(q, still), at, momenta);
+  return flow;
 }
 
 Flow KernelOperator::flow_tangent(const Points& q, const Points& p, const Points& dq, const Points& dp) const {

@@ -22,6 +22,9 @@ class Carriers {
   /// Of all landmarks the carriers.
   Points of(const Points& all) const { return all(Eigen::all, places_); }
 
+  /// W of a change of the carriers' ends, d×M: what it changes of all, d×N.
+  Points carried(const Points& change) const { return change * weights_.transpose(); }
+
   /// Momenta of the carriers and none of the others, d×N.
   Points momenta(const Points& of_carriers) const;
 

@@ -11,6 +11,7 @@
 
 #include "accurate_paths.hpp"
 #include "carriers.hpp"
+#include "core/secants.hpp"
 #include "global_search.hpp"
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/matching/data_term.hpp"
@@ -24,6 +25,8 @@ using Eigen::Index;
 
 // The first path is that of so many landmarks.
 constexpr Index kFirstLandmarks = 150;
+// Differences of rounds that Anderson's acceleration goes by.
+constexpr std::size_t kSecants = 2;
 
 class GeodesicSearch {
  public:
@@ -34,7 +37,9 @@ class GeodesicSearch {
         more_steps_(more_steps),
         near_(near),
         grid_(problem.grid),
-        carriers_(find_carriers(problem)) {
+        carriers_(find_carriers(problem)),
+        furthest_(kLost * std::max(diameter(problem.source), problem.sigma)),
+        first_shift_(Points::Zero(problem.source.rows(), problem.source.cols())) {
     rounds_.max_iterations = std::min(options.max_iterations, kMostRoundIterations);
   }
 
@@ -85,6 +90,7 @@ class GeodesicSearch {
     PathSolution path = search_first(subsampled(problem_, few), near_few);
     path.fields.own.clear();  // of those few
     const Points end = end_of(path, "midpoint").value_or(problem_.source);
+    first_shift_ = end - carriers_->carried(carriers_->of(end));
     return search(carriers_->problem(carriers_->of(end), end), path.fields);
   }
 
@@ -114,23 +120,33 @@ class GeodesicSearch {
       return nodes ? std::optional(nodes->back()) : std::nullopt;
     }
     std::optional<Points> end = shot(momenta(path), grid_);
-    if (end && !(rms_distance(carriers_ ? carriers_->of(*end) : *end, path.path.end()) <= furthest())) end.reset();
+    if (end && !(rms_distance(carriers_ ? carriers_->of(*end) : *end, path.path.end()) <= furthest_)) end.reset();
     return end;
   }
 
-  double furthest() const { return kLost * std::max(diameter(problem_.source), problem_.sigma); }
+  // Where all landmarks end, to first order, where those of the path end at `ends`: W·ends + s, s the shift.
+  Points carried_to(const Points& ends) const { return carriers_ ? carriers_->carried(ends) : ends; }
 
-  // The data, held against the end of the shot, `all`, where the path of the carriers leads to `ends`.
-  MatchingProblem corrected(const Points& ends, const Points& all) const {
-    if (carriers_) return carriers_->problem(ends, all);
+  // The data, held against W·q + s where the path leads to q.
+  MatchingProblem corrected(const Points& ends) const {
+    if (carriers_) return carriers_->problem(ends, carried_to(ends) + shift_);
     MatchingProblem moved = problem_;
-    moved.data = std::make_shared<LandmarkTerm>(problem_.data->landmarks()->moved(ends - all));
+    moved.data = std::make_shared<LandmarkTerm>(problem_.data->landmarks()->moved(-shift_));
     return moved;
+  }
+
+  // s of the next round: what the shot of a path that was found with s makes it, but for Anderson's acceleration.
+  void correct(Secants& secants, const Points& ends, const Points& all) {
+    const Points found = all - carried_to(ends);
+    const Eigen::VectorXd next = secants.next(shift_.reshaped(), (shift_ - found).reshaped());
+    shift_ = next.reshaped(all.rows(), all.cols());
   }
 
   // Empty where the shot amplifies errors so much that rounds do not come closer.
   std::optional<PathSolution> alternate(PathSolution path, const std::string& name) {
     Settling settling;
+    Secants secants(kSecants);
+    shift_ = first_shift_;
     while (path.converged) {
       std::optional<Points> end = end_of(path, name);
       if (!end) break;
@@ -141,9 +157,11 @@ class GeodesicSearch {
         end = better;
         grid_.steps *= 2;
         settling.restart();
+        secants.forget();
       }
       if (!settling.continues_at(std::abs(problem_.data->value(*end) - path.cost.data))) break;
-      const MatchingProblem next = corrected(path.path.end(), *end);
+      correct(secants, path.path.end(), *end);
+      const MatchingProblem next = corrected(path.path.end());
       path = counted(continue_path(next, rounds_, std::move(path.path)));
     }
     return std::nullopt;
@@ -191,6 +209,8 @@ class GeodesicSearch {
   const std::vector<Points>& near_;  ///< nodes of a path to begin near; may be empty
   TimeGrid grid_;                    ///< of shots
   std::optional<Carriers> carriers_;
+  double furthest_;             ///< of a shot from its path, rms
+  Points shift_, first_shift_;  ///< s, d×N
   std::vector<Minimum> minima_;
   std::vector<std::vector<Points>> others_;
   int iterations_ = 0;

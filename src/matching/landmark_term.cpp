@@ -80,8 +80,11 @@ LandmarkTerm::LandmarkTerm(const LandmarkObservations& observations)
 }
 
 MatrixXd LandmarkTerm::precision(Index a) const {
-  const Eigen::SparseMatrix<double> columns = whitening_.middleCols(a * dimension_, dimension_);
-  return MatrixXd(columns.transpose() * columns);
+  const auto column = [&](Index axis) { return whitening_.col(a * dimension_ + axis); };
+  MatrixXd precision(dimension_, dimension_);
+  for (Index j = 0; j < dimension_; ++j)
+    for (Index i = 0; i <= j; ++i) precision(i, j) = precision(j, i) = column(i).dot(column(j));
+  return precision;
 }
 
 LandmarkTerm LandmarkTerm::part(const std::vector<Index>& landmarks, double weight) const {

@@ -171,6 +171,29 @@ TEST(LandmarksByGroup, KeepsTheOrderOfFirstAppearance) {
   EXPECT_THAT(landmarks_by_group(shape), ElementsAre(ElementsAre(0, 2), ElementsAre(1, 3), ElementsAre(4)));
 }
 
+// Both look at few pairs alone; here at all, for scattered points and an outline with equal radii.
+TEST(Landmarks, DistancesAreThoseOfAllPairs) {
+  Points scattered(3, 200), ring(2, 200);
+  for (Eigen::Index a = 0; a < 200; ++a) {
+    const auto x = static_cast<double>(a);
+    scattered.col(a) << std::sin(7 * x), std::cos(5 * x * x), std::sin(3 * x + 1);
+    ring.col(a) << std::cos(0.0314 * x), std::sin(0.0314 * x);
+  }
+  for (const Points& points : {scattered, ring}) {
+    double furthest = 0;
+    std::vector<double> nearest(200, 1e300);
+    for (std::size_t a = 0; a < 200; ++a)
+      for (std::size_t b = 0; b < 200; ++b) {
+        const double apart = (points.col(a) - points.col(b)).norm();
+        furthest = std::max(furthest, apart);
+        if (a != b) nearest[a] = std::min(nearest[a], apart);
+      }
+    std::sort(nearest.begin(), nearest.end());
+    EXPECT_NEAR(diameter(points), furthest, 1e-14 * furthest);
+    EXPECT_NEAR(median_nearest_distance(points), nearest[99], 1e-14);
+  }
+}
+
 TEST(Diameter, IsTheLargestDistance) {
   EXPECT_EQ(diameter(make_points({0, 0, 1, 0, 3, 4, 0, 1})), 5);
   EXPECT_EQ(diameter(Points::Ones(3, 1)), 0);

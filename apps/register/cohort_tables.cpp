@@ -29,8 +29,7 @@ Json specimen_json(const SpecimenMatch& specimen) {
   const matching::Registration& registration = *specimen.registration;
   json["record"] = specimen.folder + "/registration.json";
   for (const Fact<SpecimenMatch>& fact : match_facts())
-    if (fact.key != "specimen" && fact.key != "centroid_size")
-      add_fact(json, fact.key, fact.value(specimen));
+    if (fact.key != "specimen" && fact.key != "centroid_size") add_fact(json, fact.key, fact.value(specimen));
   json["kernel"] = registration.kernel;
   json["lambda"] = registration.lambda;
   json["sigma"] = registration.sigma;

@@ -50,7 +50,7 @@ std::vector<ColumnsOfFiles> all_columns() {
           columns("sample: convergence in summary.json", convergence_facts()),
           columns("sample: \"confirmation\" of summary.json", confirmation_facts()),
           columns("sample: the model in summary.json and calibration.json", posterior_model_facts()),
-          columns("sample: \"parameters\", \"momenta\", \"path\" of summary.json, nodes.csv", draw_facts()),
+          columns(R"(sample: "parameters", "momenta", "path" of summary.json, nodes.csv)", draw_facts()),
           columns("sample --tree: nodes.csv, \"tree\" of summary.json", node_facts())};
 }
 

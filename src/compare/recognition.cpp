@@ -222,7 +222,7 @@ class RestModel {
     const MatrixXd fixed = linear.covariance(model_of(rest, none));
     std::vector<MatrixXd> parts{fixed - MatrixXd::Identity(fixed.rows(), fixed.cols()),
                                 linear.covariance(model_of(1, none)) - fixed};
-    for (const Index i : amplitudes_) parts.push_back(linear.covariance(model_of(rest, i)) - fixed);
+    for (const Index i : amplitudes_) parts.emplace_back(linear.covariance(model_of(rest, i)) - fixed);
     return parts;
   }
 

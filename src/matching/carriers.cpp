@@ -38,9 +38,11 @@ constexpr Index kNormPays = 12;
 class LeftOver {
  public:
   LeftOver(const KernelOperator& kernel, const Points& q, const VectorXd& precision)
-      : kernel_(kernel), q_(q), root_(precision.cwiseSqrt()), diagonal_(kernel.at_zero() * precision), least_(1e-13) {
-    least_ *= diagonal_.maxCoeff();
-  }
+      : kernel_(kernel),
+        q_(q),
+        root_(precision.cwiseSqrt()),
+        diagonal_(kernel.at_zero() * precision),
+        least_(1e-13 * diagonal_.maxCoeff()) {}
 
   double trace() const { return diagonal_.sum(); }
   Index count() const { return count_; }

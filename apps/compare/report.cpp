@@ -35,13 +35,19 @@ html::ReportTable evidence_table(const std::vector<ModelRow>& rows) {
 }
 
 html::ReportTable numbers_table(const std::vector<ModelRow>& rows) {
-  return report_table(
-      short_names(chosen(model_facts(),
-                         {"noise", "fitted", "noise_share", "greatest_noise_share", "recognised", "recognised_share"})),
-      rows,
+  const bool is_known =
+      std::any_of(rows.begin(), rows.end(), [](const ModelRow& row) { return row.model->recognition.has_value(); });
+  Facts<ModelRow> facts = chosen(model_facts(), {"noise", "fitted", "noise_share", "greatest_noise_share"});
+  std::string caption =
       "Fitted numbers, with the standard deviation of their logarithms. The noise has this share of the variance, and "
-      "at most the next, the end of an interval of 90 %. Of 50 cohorts of as many shapes, drawn from the model with "
-      "noise of the last share, so many would reveal it.");
+      "at most the next, the end of an interval of 90 %.";
+  if (is_known) {
+    facts = chosen(model_facts(),
+                   {"noise", "fitted", "noise_share", "greatest_noise_share", "recognised", "recognised_share"});
+    caption +=
+        " Of 50 cohorts of as many shapes, drawn from the model with noise of the last share, so many would reveal it.";
+  }
+  return report_table(short_names(std::move(facts)), rows, caption);
 }
 
 // Inversions are of shapes on a line, triangles of the plane, scores of shapes that were held out.

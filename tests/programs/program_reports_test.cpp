@@ -118,7 +118,8 @@ TEST_F(Reports, CompareTellsTheVerdictAndEveryModel) {
                         "0.667.</p>"));
   EXPECT_THAT(page, HasSubstr(">Asked: which of none and ch-sd:beta=1 best explains 1 shape"));
   EXPECT_EQ(rows_of_table(page, "noise"), 2U);
-  EXPECT_EQ(count_of(page, "<tr><td>ch-sd:beta=1</td>"), 5U);  // of evidence, matches, two kinds of paths, shapes
+  EXPECT_EQ(count_of(page, "<tr><td>ch-sd:beta=1</td>"),
+            6U);  // of evidence, numbers, matches, two kinds of paths, shapes
   EXPECT_EQ(count_of(page, "<img src=\"data:image/"), 1U);
   EXPECT_THAT(page, HasSubstr("--noise ch-sd:beta=1 --lambda 1</code>"));
   const nlohmann::json recorded = read_json("out/comparison.json");

@@ -65,6 +65,13 @@ std::string verdict_of_geodesic(const compare::Comparison& comparison) {
     if (!is_part_of_sigma(comparison, model.fit) &&
         (widest == nullptr || model.fit.greatest_noise_share > widest->fit.greatest_noise_share))
       widest = &model;
+  const auto hidden = std::find_if(comparison.models.begin(), comparison.models.end(),
+                                   [&](const auto& model) { return is_part_of_sigma(comparison, model.fit); });
+  const bool is_none = widest == nullptr || widest->noise == "none";
+  if (is_none && hidden != comparison.models.end())
+    return fmt::format(
+        "no noise is found, but {} has the effect of sigma, which is fitted; a measured sigma would show it",
+        shortened_spec(hidden->noise));
   const double greatest = widest == nullptr ? 0 : widest->fit.greatest_noise_share;
   if (greatest == 0) return "the geodesic is enough: no noise model explains these shapes better";
   const std::string limit =

@@ -1,4 +1,4 @@
-// What is left of data that were aligned: invariance, derivatives, and the integral over poses.
+// The residual of aligned data: it does not depend on the pose, has these derivatives, and is the integral over poses.
 
 #include "posterior/pose.hpp"
 

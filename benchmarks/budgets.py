@@ -2,18 +2,21 @@
 """Measures what pulson's programs cost against their budgets.
 
 Each row runs one command with its defaults and prints its processor time (user and system, of the child alone), its
-largest memory, the goal, and the ratio of the two. Rows whose unit is ns divide the time by what it is for. Shapes and
-images are made here; `--data` is a folder of real landmark files, without which their rows are left out.
+largest memory, the goal, and the ratio of the two. Rows whose unit is ns divide the time by what it is for, those in ms
+by the effective draws of the worst number of the paths. Shapes and images are made here; `--data` is a folder of real
+landmark files, without which their rows are left out.
 
 Usage: benchmarks/budgets.py build/dev/bin/pulson [--data FOLDER] [--problems FOLDER] [--only PATTERN] [--limit SECONDS]
 """
 import argparse
+import json
 import math
 import os
 import pathlib
 import random
 import re
 import resource
+import shutil
 import struct
 import subprocess
 import sys
@@ -78,6 +81,12 @@ def lanes(count, noise, integrator, goal, samples):
             f'--samples {samples} --steps {STEPS} --records 2 --no-picture', goal, samples * STEPS * count * count)
 
 
+def effective_draws(out):
+    """Of the path's worst number; None of chains that did not converge."""
+    summary = json.loads((out / 'summary.json').read_text())
+    return summary['path']['ess_min'] if summary['converged'] else None
+
+
 def rows(data, problems):
     yield lanes(50, 'ch-sd:beta=0.02', 'variational', 0.7, 6400)
     yield lanes(50, SCREENED, 'variational', 5, 1280)
@@ -101,12 +110,17 @@ def rows(data, problems):
            'register {f}/sphere399_source.csv {f}/sphere399_target.csv --noise ch-sd:beta=2%', 5, None)
     yield ('warp, 16 MP, 1000 landmarks', 'warp {f}/pixels/registration.json {f}/image.png', 5, None)
     if data and (data / '1d_mouse_chr14').exists():
-        for kernel in ('matern32', 'peakon'):
+        for kernel in ('auto', 'matern32:alpha=auto', 'peakon:alpha=auto'):
             yield (f'489 markers of a line, {kernel}',
                    'register {d}/1d_mouse_chr14/chr14_all_38.csv {d}/1d_mouse_chr14/chr14_all_39.csv '
-                   f'--kernel {kernel}:alpha=auto --noise ch-sd:beta=2%', 0.3, None)
+                   f'--kernel {kernel} --noise ch-sd:beta=2%', 0.3, None)
     yield ('10,000 markers of a line', 'register {f}/line10000_source.csv {f}/line10000_target.csv '
-           '--kernel matern32:alpha=auto --noise ch-sd:beta=2%', 10, None)
+           '--noise ch-sd:beta=2%', 10, None)
+    if data and (data / 'bridgelandmarks').exists():
+        for what, name, noise, goal in (('cardiac, 11 points, ch-sd', 'cardiac', 'ch-sd:beta=2%', 0.56),
+                                        ('corpus callosum, 77 points, ch-sd', 'dgs_cc', 'ch-sd:beta=2%', 750)):
+            yield (f'sample, {what}', f'sample {{d}}/bridgelandmarks/{name}_obs0.csv '
+                   f'{{d}}/bridgelandmarks/{name}_obsT.csv#1 --noise {noise}', goal, effective_draws)
 
 
 def measure(command, limit):
@@ -141,15 +155,24 @@ def main():
             measure(command(f'register {{f}}/{start}_source.csv {{f}}/{start}_target.csv ' + START,
                             start.replace('outline', 'start')), arguments.limit)
         measure(command('register {f}/pixels_source.csv {f}/pixels_target.csv', 'pixels'), arguments.limit)
-        print('| work | goal | CPU s, or ns | times the goal | MB |\n|---|---|---|---|---|')
+        print('| work | goal | CPU s, ns or ms | times the goal | MB |\n|---|---|---|---|---|')
         for what, text, goal, work in rows(arguments.data, arguments.problems):
             if not re.search(arguments.only, what):
                 continue
-            seconds, megabytes, code = measure(command(text, 'out.png' if text.startswith('warp') else 'out'), arguments.limit)
-            spent = seconds * 1e9 / work if work else seconds
+            out = 'out.png' if text.startswith('warp') else 'out'
+            seconds, megabytes, code = measure(command(text, out), arguments.limit)
+            of_draws = work is effective_draws
+            units = work(folder / out) if of_draws and code == 0 else None if of_draws else work
+            spent = seconds * (1e3 if of_draws else 1e9) / units if units else seconds
             mark = '> ' if code is None else ''
-            print(f'| {what} | {goal}{" ns" if work else ""} | {mark}{spent:.3g} | {mark}{spent / goal:.3g} | '
+            if of_draws and not units:
+                mark, spent, ratio = f'{mark}{seconds:.3g} s, not converged', None, ''
+            else:
+                ratio = f'{mark}{spent / goal:.3g}'
+            unit = ' ms' if of_draws else ' ns' if work else ''
+            print(f'| {what} | {goal}{unit} | {mark}{"" if spent is None else f"{spent:.3g}"} | {ratio} | '
                   f'{megabytes:.0f} |', flush=True)
+            shutil.rmtree(folder / 'out', ignore_errors=True)
 
 
 if __name__ == '__main__':

@@ -125,7 +125,7 @@ Flow EffectiveHamiltonian::flow(const PhaseState& state) const {
 Flow EffectiveHamiltonian::flow_change(const PhaseState& state, const PhaseState& change) const {
   Flow flow = system_.kernel.flow_tangent(state.q, state.p, change.q, change.p);
   if (!noisy_) return flow;
-  const PhaseState of_noise = change_of_controls(*system_.noise, lambda_, state, change);
+  const PhaseState of_noise = noise_change(state, change);
   flow.velocity += of_noise.p;
   flow.force += of_noise.q;
   return flow;
@@ -134,13 +134,17 @@ Flow EffectiveHamiltonian::flow_change(const PhaseState& state, const PhaseState
 Points EffectiveHamiltonian::velocity_change(const PhaseState& state, const Points& dq) const {
   Points dv = system_.kernel.apply_tangent(state.q, state.p, dq);
   if (!noisy_) return dv;
-  return dv + change_of_controls(*system_.noise, lambda_, state, {dq, Points::Zero(dq.rows(), dq.cols())}).p;
+  return dv + noise_change(state, {dq, Points::Zero(dq.rows(), dq.cols())}).p;
 }
 
 Points EffectiveHamiltonian::force_change(const PhaseState& state, const PhaseState& change) const {
   Points df = system_.kernel.flow_tangent(state.q, state.p, change.q, change.p).force;
   if (!noisy_) return df;
-  return df + change_of_controls(*system_.noise, lambda_, state, change).q;
+  return df + noise_change(state, change).q;
+}
+
+PhaseState EffectiveHamiltonian::noise_change(const PhaseState& state, const PhaseState& change) const {
+  return change_of_controls(*system_.noise, lambda_, state, change);
 }
 
 }  // namespace pulson

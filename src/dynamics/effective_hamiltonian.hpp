@@ -44,6 +44,10 @@ class EffectiveHamiltonian {
   /// The change of the force along a change of the state.
   Points force_change(const PhaseState& state, const PhaseState& change) const;
 
+  /// The part of the noise in these changes: of the force (q) and the velocity (p). Where it is additive a change of
+  /// the positions makes none.
+  PhaseState noise_change(const PhaseState& state, const PhaseState& change) const;
+
  private:
   StochasticSystem system_;
   double lambda_;

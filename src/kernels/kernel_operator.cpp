@@ -169,7 +169,7 @@ void add_self_sum(PairSum sum, const std::vector<KernelTerm>& terms, const Point
 }
 
 // From so many pairs on, sweeps along a line cost less than the pairs: see docs/benchmarks.md.
-constexpr Eigen::Index kFewestPairsOnLine = 64 * 64;
+constexpr Eigen::Index kFewestPairsOnLine = kFewestOnLine * kFewestOnLine;
 
 // Whether sums over these points are sweeps along a line.
 bool are_on_line(const std::vector<KernelTerm>& terms, const Points& x, const Points& y) {

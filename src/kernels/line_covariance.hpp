@@ -25,10 +25,14 @@ class LineCovariance {
   /// log det(K + R)
   double log_determinant() const { return variances_.array().log().sum(); }
 
+  double least_variance() const { return variances_.minCoeff(); }  ///< of an innovation
+
   /// v ← (K + R)⁻¹v, for each column of N numbers.
   void solve_in_place(Eigen::Ref<Eigen::MatrixXd> v) const;
 
  private:
+  friend class LineSteps;
+
   template <int S>
   void filter(const KernelTerm& term, const Eigen::VectorXd& x, const Eigen::VectorXd& noise);
   template <int S>

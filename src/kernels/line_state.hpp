@@ -14,24 +14,59 @@ using LineState = Eigen::Matrix<double, S, 1>;
 template <int S>
 using LineMatrix = Eigen::Matrix<double, S, S>;
 
-/// What a state decays to by itself over a distance h, e^{−h} Σ_k (hN)^k/k!, N nilpotent.
+/// Σ_k (hN)^k/k!, N nilpotent, by rows: times e^{−h} what a state decays to by itself over a distance h.
+/// @tparam T a number, or an array of them
+template <int S, class T>
+std::array<std::array<T, S>, S> line_transition(const T& h) {
+  if constexpr (S == 1) {
+    return {{{0 * h + 1}}};
+  } else if constexpr (S == 2) {
+    return {{{1 + h, h}, {-h, 1 - h}}};
+  } else {
+    const T squared = h * h, half = squared / 2;
+    return {{{1 + h + half, h + squared, half},
+             {-half, 1 + h - squared, h - half},
+             {half - h, squared - 3 * h, 1 - 2 * h + half}}};
+  }
+}
+
 template <int S>
-LineMatrix<S> line_propagator(double h, double decay);
-template <>
-inline LineMatrix<1> line_propagator<1>(double /*h*/, double decay) {
-  return LineMatrix<1>(decay);
+LineMatrix<S> line_propagator(double h, double decay) {
+  const auto rows = line_transition<S>(h);
+  LineMatrix<S> propagator;
+  for (std::size_t r = 0; r < S; ++r)
+    for (std::size_t c = 0; c < S; ++c)
+      propagator(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = decay * rows[r][c];
+  return propagator;
 }
-template <>
-inline LineMatrix<2> line_propagator<2>(double h, double decay) {
-  return decay * (LineMatrix<2>() << 1 + h, h, -h, 1 - h).finished();
+
+/// States of several steps at once, each over a distance of its own.
+inline constexpr int kLineLanes = 8;
+using LineLanes = Eigen::Array<double, kLineLanes, 1>;
+template <int S>
+using LineLaneStates = std::array<LineLanes, S>;
+
+template <int S>
+void propagate(LineLaneStates<S>& state, const LineLanes& h, const LineLanes& decay) {
+  const auto rows = line_transition<S>(h);
+  const LineLaneStates<S> before = state;
+  for (std::size_t r = 0; r < S; ++r) {
+    state[r] = rows[r][0] * before[0];
+    for (std::size_t c = 1; c < S; ++c) state[r] += rows[r][c] * before[c];
+    state[r] *= decay;
+  }
 }
-template <>
-inline LineMatrix<3> line_propagator<3>(double h, double decay) {
-  const double half = h * h / 2;
-  return decay * (LineMatrix<3>() << 1 + h + half, h + h * h, half,  //
-                  -half, 1 + h - h * h, h - half,                    //
-                  half - h, h * h - 3 * h, 1 - 2 * h + half)
-                     .finished();
+
+/// By the transposes.
+template <int S>
+void propagate_back(LineLaneStates<S>& state, const LineLanes& h, const LineLanes& decay) {
+  const auto rows = line_transition<S>(h);
+  const LineLaneStates<S> before = state;
+  for (std::size_t c = 0; c < S; ++c) {
+    state[c] = rows[0][c] * before[0];
+    for (std::size_t r = 1; r < S; ++r) state[c] += rows[r][c] * before[r];
+    state[c] *= decay;
+  }
 }
 
 /// The covariance of the state at rest, of weight 1.

@@ -1,11 +1,11 @@
 #include "line_sums.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
 
+#include "line_profiles.hpp"
 #include "own_kernels.hpp"
 
 namespace pulson {
@@ -37,80 +37,6 @@ struct Places {
   }
 };
 
-// The factors of a profile: P, P' − P and P'' − 2P' + P, whose products with e^{−t} are k and its derivatives by t.
-struct Peakon {
-  static constexpr int kMoments = 1;
-  template <class Moments>
-  static auto value(const Moments& s) {
-    return s[0];
-  }
-  template <class Moments>
-  static auto slope(const Moments& s) {
-    return -s[0];
-  }
-  template <class Moments>
-  static auto second(const Moments& s) {
-    return s[0];
-  }
-  static constexpr double kSecondAtZero = 0;  // by convention
-};
-
-struct Matern32 {
-  static constexpr int kMoments = 2;
-  template <class Moments>
-  static auto value(const Moments& s) {
-    return s[0] + s[1];
-  }
-  template <class Moments>
-  static auto slope(const Moments& s) {
-    return -s[1];
-  }
-  template <class Moments>
-  static auto second(const Moments& s) {
-    return s[1] - s[0];
-  }
-  static constexpr double kSecondAtZero = -1;
-};
-
-struct Matern52 {
-  static constexpr int kMoments = 3;
-  template <class Moments>
-  static auto value(const Moments& s) {
-    return s[0] + s[1] + s[2] / 3;
-  }
-  template <class Moments>
-  static auto slope(const Moments& s) {
-    return -(s[1] + s[2]) / 3;
-  }
-  template <class Moments>
-  static auto second(const Moments& s) {
-    return (s[2] - s[1] - s[0]) / 3;
-  }
-  static constexpr double kSecondAtZero = -1.0 / 3;
-};
-
-// Moments of R weights on one side of a place.
-template <class Profile, int R>
-class Moments {
- public:
-  using Weights = Eigen::Array<double, R, 1>;
-
-  Moments() { s_.fill(Weights::Zero()); }
-
-  const Weights& operator[](int k) const { return s_[static_cast<std::size_t>(k)]; }
-
-  // To the next place, `decay` = e^{−h}, with the sources of this one.
-  void advance(const Weights& here, double h, double decay) {
-    s_[0] += here;
-    if constexpr (Profile::kMoments == 3) s_[2] = decay * (s_[2] + h * (2 * s_[1] + h * s_[0]));
-    if constexpr (Profile::kMoments > 1) s_[1] = decay * (s_[1] + h * s_[0]);
-    s_[0] *= decay;
-  }
-
- private:
-  std::array<Weights, Profile::kMoments> s_;
-};
-
 // Adds the sums of a term at all places, R×D each.
 template <class Profile, int R>
 void add_sweeps(const KernelTerm& term, const std::vector<double>& at, const MatrixXd& weights, MatrixXd& value,
@@ -125,8 +51,8 @@ void add_sweeps(const KernelTerm& term, const std::vector<double>& at, const Mat
   gaps = gaps.cwiseMin(kFurthestOnLine);
   decays = line_decays(gaps);
 
-  using Column = typename Moments<Profile, R>::Weights;
-  Moments<Profile, R> left, right;
+  using Column = Eigen::Array<double, R, 1>;
+  LineMoments<Profile, Column> left(Column::Zero()), right(Column::Zero());
   for (Index i = 0; i < count; ++i) {
     const Column here = weights.col(i).template head<R>().array();
     value.col(i).array() += w * (Profile::value(left) + here);
@@ -148,11 +74,11 @@ void add_term(const KernelTerm& term, const std::vector<double>& at, const Matri
               MatrixXd& slope, MatrixXd& second) {
   switch (term.profile) {
     case KernelProfile::kPeakon:
-      return add_sweeps<Peakon, R>(term, at, weights, value, slope, second);
+      return add_sweeps<PeakonOnLine, R>(term, at, weights, value, slope, second);
     case KernelProfile::kMatern32:
-      return add_sweeps<Matern32, R>(term, at, weights, value, slope, second);
+      return add_sweeps<Matern32OnLine, R>(term, at, weights, value, slope, second);
     case KernelProfile::kMatern52:
-      return add_sweeps<Matern52, R>(term, at, weights, value, slope, second);
+      return add_sweeps<Matern52OnLine, R>(term, at, weights, value, slope, second);
     case KernelProfile::kGaussian:
       throw std::logic_error("a gaussian has no sums along a line");
   }
@@ -169,9 +95,9 @@ std::vector<Index> sorted_order(const VectorXd& x) {
 }
 
 int line_moments(KernelProfile profile) {
-  if (profile == KernelProfile::kPeakon) return Peakon::kMoments;
-  if (profile == KernelProfile::kMatern32) return Matern32::kMoments;
-  if (profile == KernelProfile::kMatern52) return Matern52::kMoments;
+  if (profile == KernelProfile::kPeakon) return PeakonOnLine::kMoments;
+  if (profile == KernelProfile::kMatern32) return Matern32OnLine::kMoments;
+  if (profile == KernelProfile::kMatern52) return Matern52OnLine::kMoments;
   throw std::logic_error("a gaussian has no sums along a line");
 }
 

@@ -9,6 +9,9 @@ namespace pulson {
 /// Whether all terms of a kernel are K(r) = P(t) exp(−t), t = cr/α, with a polynomial P: peakon and Matérn.
 bool has_line_sums(const std::vector<KernelTerm>& terms);
 
+/// From so many landmarks on, sweeps along a line cost less than a matrix: see docs/benchmarks.md.
+inline constexpr Eigen::Index kFewestOnLine = 64;
+
 /// deg P + 1 of such a profile, and c/α of a term: the Matérn kernel of order m − 1/2 has m and √(2m − 1)/α.
 int line_moments(KernelProfile profile);
 double line_scale(const KernelTerm& term);

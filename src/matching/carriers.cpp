@@ -19,8 +19,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// So many at least: fields at later times are those of carriers, too, and the ends are interpolated between them.
-constexpr Index kLeastCarriers = 150;
 // Coordinates, beyond which the matrices of a search over paths cost too much: no more carriers than these have, and
 // fewer landmarks all carry themselves where most would have to.
 constexpr Index kMostCoordinates = 3000;
@@ -191,7 +189,8 @@ namespace {
 // than its norm, is known at every pivot. Others are distributed between them; more than `most` are of no use.
 std::vector<Index> explaining(const MatchingProblem& problem, const VectorXd& precision, Index most) {
   const double enough = kUnexplained * problem.lambda / problem.grid.time;
-  std::vector<Index> places = representatives(problem, kLeastCarriers);
+  // So many at least: fields at later times are those of carriers, too, and the ends are interpolated between them.
+  std::vector<Index> places = representatives(problem, kFewLandmarks);
   LeftOver left(problem.system.kernel, problem.source, precision);
   for (Index tried = 0; left.count() <= most && left.trace() > enough;) {
     const Index m = left.count();
@@ -214,7 +213,7 @@ std::vector<Index> explaining(const MatchingProblem& problem, const VectorXd& pr
 std::optional<Carriers> find_carriers(const MatchingProblem& problem) {
   const LandmarkTerm* observed = problem.data->landmarks();
   const Index n = problem.source.cols();
-  if (observed == nullptr || n <= 2 * kLeastCarriers) return std::nullopt;
+  if (observed == nullptr || n <= 2 * kFewLandmarks) return std::nullopt;
   const VectorXd precision = precisions(*observed, problem.source);
   if (precision.size() == 0) return std::nullopt;
   require_distinct(problem.source);

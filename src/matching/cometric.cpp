@@ -14,8 +14,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kRegularisation = 1e-10;
-// From so many landmarks on, sweeps along a line cost less than a matrix: see docs/benchmarks.md.
-constexpr Index kFewestOnLine = 64;
 
 bool is_diagonal(const Eigen::SparseMatrix<double>& m) {
   for (Index column = 0; column < m.outerSize(); ++column)
@@ -51,7 +49,45 @@ Eigen::SparseMatrix<double> of_one_axis(const Eigen::SparseMatrix<double>& m, In
   return one;
 }
 
+// The column of channel i.
+void add_field(const Points& field, Index i, std::vector<Eigen::Triplet<double>>& entries) {
+  for (Index row = 0; row < field.size(); ++row)
+    if (field.data()[row] != 0) entries.emplace_back(row, i, field.data()[row]);
+}
+
+// By as many evaluations as a landmark has channels: those of different landmarks do not meet.
+void add_fields_of_landmarks(const NoiseModel& noise, const PhaseState& rest, const std::vector<Index>& alone,
+                             std::vector<Eigen::Triplet<double>>& entries) {
+  std::vector<std::vector<Index>> rounds;  // channels
+  std::vector<std::size_t> seen(static_cast<std::size_t>(rest.q.cols()), 0);
+  for (std::size_t i = 0; i < alone.size(); ++i) {
+    const std::size_t round = seen[static_cast<std::size_t>(alone[i])]++;
+    if (round == rounds.size()) rounds.emplace_back();
+    rounds[round].push_back(static_cast<Index>(i));
+  }
+  for (const std::vector<Index>& round : rounds) {
+    VectorXd chosen = VectorXd::Zero(std::ssize(alone));
+    chosen(round).setOnes();
+    const Points fields = noise.gradient(rest, chosen).p;
+    for (const Index i : round) {
+      const Index a = alone[static_cast<std::size_t>(i)];
+      for (Index axis = 0; axis < fields.rows(); ++axis)
+        if (fields(axis, a) != 0) entries.emplace_back(a * fields.rows() + axis, i, fields(axis, a));
+    }
+  }
+}
+
 }  // namespace
+
+std::vector<Index> landmarks_of_channels(const NoiseModel& noise, const Points& q) {
+  if (!noise.traits().local) return {};
+  std::vector<Index> alone;
+  for (const NoiseChannel& channel : noise.describe_channels(static_cast<int>(q.rows()), static_cast<int>(q.cols()))) {
+    if (channel.landmarks.size() != 1) return {};
+    alone.push_back(channel.landmarks.front());
+  }
+  return alone;
+}
 
 bool sweeps_along_line(const KernelOperator& kernel, const NoiseCometric& noise, const Points& q) {
   return q.rows() == 1 && q.cols() >= kFewestOnLine && is_swept(kernel.terms()) && is_diagonal(noise.matrix) &&
@@ -69,10 +105,11 @@ NoiseCometric noise_cometric(const NoiseModel& noise, const Points& q) {
   if (!noise.traits().moves_positions()) return {Eigen::SparseMatrix<double>(q.cols(), q.cols()), true};
   const PhaseState rest{q, Points::Zero(q.rows(), q.cols())};
   std::vector<Eigen::Triplet<double>> entries;
-  for (Index i = 0; i < channels; ++i) {
-    const VectorXd column = noise.gradient(rest, VectorXd::Unit(channels, i)).p.reshaped();
-    for (Index row = 0; row < column.size(); ++row)
-      if (column[row] != 0) entries.emplace_back(row, i, column[row]);
+  const std::vector<Index> alone = landmarks_of_channels(noise, q);
+  if (alone.empty()) {
+    for (Index i = 0; i < channels; ++i) add_field(noise.gradient(rest, VectorXd::Unit(channels, i)).p, i, entries);
+  } else {
+    add_fields_of_landmarks(noise, rest, alone, entries);
   }
   Eigen::SparseMatrix<double> fields(q.size(), channels);
   fields.setFromTriplets(entries.begin(), entries.end());

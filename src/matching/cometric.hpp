@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include <Eigen/Sparse>
 
@@ -18,6 +19,10 @@ struct NoiseCometric {
 };
 
 NoiseCometric noise_cometric(const NoiseModel& noise, const Points& q);
+
+/// The landmark that each channel moves alone, where the noise declares that of all its channels; else empty.
+/// @param q d×N
+std::vector<Eigen::Index> landmarks_of_channels(const NoiseModel& noise, const Points& q);
 
 /// ε K(0): a trace of noise on every landmark, which makes the problem without noise regular where K is singular in
 /// working precision: momenta p move their landmarks by εK(0)p T besides.
@@ -40,8 +45,9 @@ class Cometric {
   /// Whether the matrix is positive definite to working accuracy.
   bool is_regular() const { return regular_; }
 
-  /// Whether there are sweeps in place of a matrix: what they add to K then, by landmark.
+  /// Whether there are sweeps in place of a matrix: these, and what they add to K, by landmark.
   bool is_on_line() const { return line_.has_value(); }
+  const LineCovariance& line() const { return *line_; }
   const Eigen::VectorXd& own() const { return own_; }
 
   Points apply(const Points& p) const;  ///< Ap

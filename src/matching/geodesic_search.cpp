@@ -23,8 +23,6 @@ namespace {
 
 using Eigen::Index;
 
-// The first path is that of so many landmarks.
-constexpr Index kFirstLandmarks = 150;
 // Differences of rounds that Anderson's acceleration goes by.
 constexpr std::size_t kSecants = 2;
 
@@ -84,7 +82,7 @@ class GeodesicSearch {
 
   PathSolution first_path() {
     if (!carriers_) return search_first(problem_, near_);
-    const std::vector<Index> few = representatives(problem_, kFirstLandmarks);
+    const std::vector<Index> few = representatives(problem_, kFewLandmarks);
     std::vector<Points> near_few;
     for (const Points& nodes : near_) near_few.emplace_back(nodes(Eigen::all, few));
     PathSolution path = search_first(subsampled(problem_, few), near_few);

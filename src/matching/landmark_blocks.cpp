@@ -38,7 +38,7 @@ Points by_blocks_of(const MatrixXd& blocks, const Points& v, bool transposed) {
 Points by_blocks(const MatrixXd& blocks, const Points& v, bool transposed) {
   switch (v.rows()) {
     case 1:
-      return by_blocks_of<1>(blocks, v, transposed);
+      return blocks.cwiseProduct(v);
     case 2:
       return by_blocks_of<2>(blocks, v, transposed);
     default:

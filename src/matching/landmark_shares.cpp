@@ -1,3 +1,4 @@
+#include "cometric.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "pulson/matching/registration.hpp"
 #include "pulson/noise/noise_table.hpp"
@@ -8,7 +9,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// The landmark that channel i alone moves; none where it moves several.
+// Of noise that does not declare it: the landmark that channel i alone moves; none where it moves several.
 std::optional<Index> only_landmark(const NoiseModel& noise, const PhaseState& state, Index i, Index channels) {
   const PhaseState moved = noise.gradient(state, VectorXd::Unit(channels, i));
   std::optional<Index> only;
@@ -26,9 +27,11 @@ VectorXd action_by_landmark(const Registration& registration) {
   if (!fitted || channels == 0) return {};
   const PhaseState start{registration.source.points, registration.momenta};
   const std::shared_ptr<const NoiseModel> noise = registration_noise(registration);
+  const std::vector<Index> alone = landmarks_of_channels(*noise, start.q);
   VectorXd action = VectorXd::Zero(start.q.cols());
   for (Index i = 0; i < channels; ++i) {
-    const std::optional<Index> landmark = only_landmark(*noise, start, i, channels);
+    const std::optional<Index> landmark =
+        alone.empty() ? only_landmark(*noise, start, i, channels) : alone[static_cast<std::size_t>(i)];
     if (!landmark) return {};
     action[*landmark] += 0.5 * registration.increments.row(i).squaredNorm() / registration.grid.dt();
   }
@@ -50,8 +53,9 @@ VectorXd energy_by_landmark(const Registration& registration, const StochasticSy
     energy +=
         registration.grid.dt() * energy_of(system, registration.lambda, {0.5 * (from.q + to.q), 0.5 * (from.p + to.p)});
   }
-  // Of a shot H_tot at its start counts for all of its steps.
-  if (registration.states.empty() && energy.sum() > 0) energy *= registration.cost.energy / energy.sum();
+  // Of a shot H_tot at its start counts for all of its steps; of a path whose gradient does not vanish the momenta of
+  // two steps differ at the node between them.
+  if (energy.sum() > 0) energy *= registration.cost.energy / energy.sum();
   return energy;
 }
 

@@ -5,6 +5,7 @@
 
 #include "kernels/line_state.hpp"
 #include "kernels/line_sums.hpp"
+#include "pulson/core/parallel.hpp"
 
 namespace pulson::matching {
 
@@ -55,26 +56,28 @@ void LineSystem::arrange(const KernelTerm& term, const MatrixXd& places) {
   for (const Index a : order_) is_ordered[static_cast<std::size_t>(a)] = 1;
   for (Index a = 0; a < places.rows(); ++a)
     if (is_ordered[static_cast<std::size_t>(a)] == 0) movers_.push_back(a);
-  gaps_.resize(places.cols(), std::ssize(order_));
-  gaps_.col(0).setZero();
+  const Index lanes = (places.cols() + kLineLanes - 1) / kLineLanes * kLineLanes;
+  gaps_ = MatrixXd::Zero(lanes, std::ssize(order_));
   for (Index i = 1; i < gaps_.cols(); ++i) {
     const Index here = order_[static_cast<std::size_t>(i)], before = order_[static_cast<std::size_t>(i) - 1];
-    gaps_.col(i) = (line_scale(term) * (places.row(here) - places.row(before))).cwiseMin(kFurthestOnLine).transpose();
+    gaps_.col(i).head(places.cols()) =
+        (line_scale(term) * (places.row(here) - places.row(before))).cwiseMin(kFurthestOnLine).transpose();
   }
   decays_ = line_decays(gaps_);
 }
 
 namespace {
 
-// PFᵀ, F block-diagonal.
+// PFᵀ, F of blocks for each step, whose states' components lie n apart.
 template <int S>
 void multiply(const MatrixXd& p, const std::vector<LineMatrix<S>>& f, MatrixXd& product) {
-  for (std::size_t k = 0; k < f.size(); ++k) {
-    const auto from = static_cast<Index>(k) * S;
+  const auto n = static_cast<Index>(f.size());
+  for (Index k = 0; k < n; ++k) {
+    const LineMatrix<S>& of_step = f[static_cast<std::size_t>(k)];
     for (int s = 0; s < S; ++s) {
-      auto to = product.col(from + s);
-      to = f[k](s, 0) * p.col(from);
-      for (int r = 1; r < S; ++r) to += f[k](s, r) * p.col(from + r);
+      auto to = product.col(s * n + k);
+      to = of_step(s, 0) * p.col(k);
+      for (int r = 1; r < S; ++r) to += of_step(s, r) * p.col(r * n + k);
     }
   }
 }
@@ -83,12 +86,16 @@ void multiply(const MatrixXd& p, const std::vector<LineMatrix<S>>& f, MatrixXd& 
 
 template <int S>
 void LineSystem::filter(double weight, const MatrixXd& weights, const VectorXd& noise) {
-  const Index steps = gaps_.rows(), size = steps * S;
+  const Index steps = weights.cols(), size = steps * S;
   std::vector<LineMatrix<S>> f(static_cast<std::size_t>(steps));
   MatrixXd p = MatrixXd::Zero(size, size), product(size, size);
-  for (Index k = 0; k < steps; ++k) p.block<S, S>(k * S, k * S) = weight * line_stationary<S>();
-  gains_.resize(size, gaps_.cols());
-  weights_.resize(steps, gaps_.cols());
+  const auto add = [&](Index k, const LineMatrix<S>& covariance) {
+    for (int s = 0; s < S; ++s)
+      for (int r = 0; r < S; ++r) p(r * steps + k, s * steps + k) += weight * covariance(r, s);
+  };
+  for (Index k = 0; k < steps; ++k) add(k, line_stationary<S>());
+  weights_ = MatrixXd::Zero(gaps_.rows(), gaps_.cols());
+  gains_.assign(S, weights_);
   variances_.resize(gaps_.cols());
   VectorXd covariance(size);  // of the state and what is observed
   for (Index i = 0; i < gaps_.cols(); ++i) {
@@ -98,16 +105,16 @@ void LineSystem::filter(double weight, const MatrixXd& weights, const VectorXd& 
       p = product.transpose();
       multiply<S>(p, f, product);
       p.swap(product);
-      for (Index k = 0; k < steps; ++k) p.block<S, S>(k * S, k * S) += weight * line_driven<S>(gaps_(k, i));
+      for (Index k = 0; k < steps; ++k) add(k, line_driven<S>(gaps_(k, i)));
     }
     const Index landmark = order_[static_cast<std::size_t>(i)];
-    weights_.col(i) = weights.row(landmark).transpose();
-    covariance.setZero();
-    for (Index k = 0; k < steps; ++k) covariance += weights_(k, i) * p.col(k * S);
-    variances_[i] = noise[landmark];
-    for (Index k = 0; k < steps; ++k) variances_[i] += weights_(k, i) * covariance[k * S];
-    gains_.col(i) = covariance / variances_[i];
-    p.noalias() -= gains_.col(i) * covariance.transpose();
+    const VectorXd here = weights.row(landmark).transpose();
+    weights_.col(i).head(steps) = here;
+    covariance.noalias() = p.leftCols(steps) * here;
+    variances_[i] = noise[landmark] + here.dot(covariance.head(steps));
+    const VectorXd gain = covariance / variances_[i];
+    for (int s = 0; s < S; ++s) gains_[static_cast<std::size_t>(s)].col(i).head(steps) = gain.segment(s * steps, steps);
+    p.noalias() -= gain * covariance.transpose();
   }
 }
 
@@ -143,42 +150,47 @@ void LineSystem::solve_in_place(VectorXd& v) const {
 }
 
 void LineSystem::solve_ordered(Eigen::Ref<MatrixXd> v) const {
-  if (moments_ == 1)
-    solve_with<1>(v);
-  else if (moments_ == 2)
-    solve_with<2>(v);
-  else
-    solve_with<3>(v);
+  parallel_for(static_cast<int>(v.cols()), [&](int column) {
+    if (moments_ == 1)
+      solve_column<1>(v.col(column));
+    else if (moments_ == 2)
+      solve_column<2>(v.col(column));
+    else
+      solve_column<3>(v.col(column));
+  });
 }
 
 template <int S>
-void LineSystem::solve_with(Eigen::Ref<MatrixXd> v) const {
-  const Index steps = gaps_.rows();
-  // Of the state, for each column of v.
-  MatrixXd mean = MatrixXd::Zero(v.cols(), steps * S), adjoint = mean, part(v.cols(), S);
-  MatrixXd values = v.transpose();
-  for (Index i = 0; i < gaps_.cols(); ++i) {
-    auto value = values.col(i);
-    for (Index k = 0; k < steps; ++k) {
-      auto of_step = mean.middleCols<S>(k * S);
-      part.noalias() = of_step.lazyProduct(line_propagator<S>(gaps_(k, i), decays_(k, i)).transpose());
-      of_step = part;
-      value -= weights_(k, i) * part.col(0);
+void LineSystem::solve_column(Eigen::Ref<VectorXd> v) const {
+  LineLaneStates<S> none;
+  none.fill(LineLanes::Zero());
+  const Index blocks = gaps_.rows() / kLineLanes;
+  std::vector<LineLaneStates<S>> mean(static_cast<std::size_t>(blocks), none), adjoint = mean;
+  const auto lanes = [](const MatrixXd& of, Index i, Index block) {
+    return of.col(i).template segment<kLineLanes>(block * kLineLanes).array();
+  };
+  for (Index i = 0; i < v.size(); ++i) {
+    LineLanes foreseen = LineLanes::Zero();
+    for (Index b = 0; b < blocks; ++b) {
+      LineLaneStates<S>& state = mean[static_cast<std::size_t>(b)];
+      propagate<S>(state, lanes(gaps_, i, b), lanes(decays_, i, b));
+      foreseen += lanes(weights_, i, b) * state[0];
     }
-    mean.noalias() += value * gains_.col(i).transpose();
+    v[i] -= foreseen.sum();
+    for (Index b = 0; b < blocks; ++b)
+      for (std::size_t s = 0; s < S; ++s) mean[static_cast<std::size_t>(b)][s] += v[i] * lanes(gains_[s], i, b);
   }
-  for (Index i = gaps_.cols(); i-- > 0;) {
-    auto value = values.col(i);
-    value /= variances_[i];
-    value.noalias() += adjoint * gains_.col(i);
-    for (Index k = 0; k < steps; ++k) {
-      auto of_step = adjoint.middleCols<S>(k * S);
-      part = of_step;
-      part.col(0) -= weights_(k, i) * value;
-      of_step.noalias() = part.lazyProduct(line_propagator<S>(gaps_(k, i), decays_(k, i)));
+  for (Index i = v.size(); i-- > 0;) {
+    LineLanes fed = LineLanes::Zero();
+    for (Index b = 0; b < blocks; ++b)
+      for (std::size_t s = 0; s < S; ++s) fed += lanes(gains_[s], i, b) * adjoint[static_cast<std::size_t>(b)][s];
+    v[i] = v[i] / variances_[i] + fed.sum();
+    for (Index b = 0; b < blocks; ++b) {
+      LineLaneStates<S>& state = adjoint[static_cast<std::size_t>(b)];
+      state[0] -= v[i] * lanes(weights_, i, b);
+      propagate_back<S>(state, lanes(gaps_, i, b), lanes(decays_, i, b));
     }
   }
-  v = values.transpose();
 }
 
 }  // namespace pulson::matching

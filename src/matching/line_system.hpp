@@ -35,15 +35,16 @@ class LineSystem {
   void filter(double weight, const Eigen::MatrixXd& weights, const Eigen::VectorXd& noise);
   void solve_ordered(Eigen::Ref<Eigen::MatrixXd> v) const;  ///< rows of order_
   template <int S>
-  void solve_with(Eigen::Ref<Eigen::MatrixXd> v) const;
+  void solve_column(Eigen::Ref<Eigen::VectorXd> v) const;
 
   std::vector<Eigen::Index> order_;   ///< landmarks from left to right, but those that break it
   std::vector<Eigen::Index> movers_;  ///< these
-  Eigen::MatrixXd gaps_, decays_;     ///< n×N, before each landmark of this order: h, and exp(−h)
-  Eigen::MatrixXd weights_;           ///< n×N
-  Eigen::VectorXd variances_;         ///< of innovations
-  Eigen::MatrixXd gains_;             ///< of the filter, n·m×N
-  Eigen::MatrixXd solved_;            ///< of the columns of movers, what the filter makes of their rows in order_
+  // n, rounded up to whole lanes, which hold zeros, × N.
+  Eigen::MatrixXd gaps_, decays_;  ///< before each landmark of this order: h, and exp(−h)
+  Eigen::MatrixXd weights_;
+  Eigen::VectorXd variances_;           ///< of innovations
+  std::vector<Eigen::MatrixXd> gains_;  ///< of the filter, m
+  Eigen::MatrixXd solved_;              ///< of the columns of movers, what the filter makes of their rows in order_
   Eigen::LLT<Eigen::MatrixXd> schur_;
   int moments_;
 };

@@ -45,7 +45,12 @@ double pairing(const NodeCovector& covector, const PathDirection& direction) {
 }
 
 PathModel::PathModel(const EffectiveHamiltonian& system, const DataTerm& data, const DiscretePath& path, double weight)
-    : system_(system), data_(data), path_(path), weight_(weight), form_(data.form_of_each_axis()) {
+    : system_(system),
+      data_(data),
+      path_(path),
+      weight_(weight),
+      noise_varies_(!system.system().noise->traits().additive),
+      form_(data.form_of_each_axis()) {
   const Index d = path.end().rows(), n = path.end().cols();
   const double dt = path.grid.dt();
   const auto steps = path.middles.size();
@@ -55,10 +60,12 @@ PathModel::PathModel(const EffectiveHamiltonian& system, const DataTerm& data, c
     inverses_[k] = half_step_inverses(path_.gradients[k], dt, d);
   });
   if (const LandmarkTerm* landmarks = data.landmarks()) {
-    for (Index a = 0; a < n; ++a) roots_.emplace_back(symmetric_root(weight * landmarks->precision(a)));
+    roots_.resize(d * d, n);
+    for (Index a = 0; a < n; ++a) roots_.col(a) = symmetric_root(weight * landmarks->precision(a)).reshaped();
   } else if (form_ == nullptr) {
     root_ = std::sqrt(weight) * data.linearise(path.end(), MatrixXd::Identity(d * n, d * n)).changes;
   }
+  if (path.cometrics.front().is_on_line()) keep_sums_on_line();
   propagate();
   factorise();
 }
@@ -70,7 +77,7 @@ void PathModel::propagate() {
   from_steps_.assign(steps, MatrixXd(d * d, n));
   from_nodes_ = from_steps_;
   for (Index a = 0; a < n; ++a) {
-    Block suffix = roots_.empty() ? Block(Block::Identity(d, d)) : Block(roots_[static_cast<std::size_t>(a)]);
+    Block suffix = has_roots() ? Block(block(roots_, a, d)) : Block(Block::Identity(d, d));
     for (std::size_t k = steps; k-- > 0;) {
       const Block psi = suffix * block(inverses_[k], a, d);
       suffix = psi + 0.5 * dt * psi * block(path_.gradients[k], a, d);
@@ -118,14 +125,14 @@ void PathModel::factorise_line() {
 }
 
 void PathModel::factorise() {
-  if (path_.cometrics.front().is_on_line() && !roots_.empty()) return factorise_line();
+  if (path_.cometrics.front().is_on_line() && has_roots()) return factorise_line();
   const Index d = path_.end().rows(), n = path_.end().cols();
   MatrixXd system = end_covariance();
   if (form_ != nullptr) {
     for (Index axis = 0; axis < d; ++axis)
       system.block(axis * n, axis * n, n, n).triangularView<Eigen::Upper>() += form_->inverse / weight_;
   } else {
-    if (roots_.empty()) {
+    if (!has_roots()) {
       // From axis-major to landmark-major, as C has it.
       MatrixXd by_axis(root_.rows(), d * n);
       for (Index axis = 0; axis < d; ++axis)
@@ -140,24 +147,20 @@ void PathModel::factorise() {
 
 VectorXd PathModel::observed(const Points& end_change) const {
   if (form_ != nullptr) return end_change.transpose().reshaped();
-  if (roots_.empty()) return root_ * end_change.reshaped();
-  Points r(end_change.rows(), end_change.cols());
-  for (Index a = 0; a < r.cols(); ++a) r.col(a) = roots_[static_cast<std::size_t>(a)] * end_change.col(a);
-  return r.transpose().reshaped();
+  if (!has_roots()) return root_ * end_change.reshaped();
+  return by_blocks(roots_, end_change, false).transpose().reshaped();
 }
 
 Points PathModel::observed_transposed(const VectorXd& r) const {
   const Index d = path_.end().rows(), n = path_.end().cols();
-  if (form_ == nullptr && roots_.empty()) return (root_.transpose() * r).reshaped(d, n);
-  Points q = r.reshaped(n, d).transpose();
-  if (form_ != nullptr) return q;
-  for (Index a = 0; a < n; ++a) q.col(a) = (roots_[static_cast<std::size_t>(a)] * q.col(a)).eval();
-  return q;
+  if (form_ == nullptr && !has_roots()) return (root_.transpose() * r).reshaped(d, n);
+  const Points q = r.reshaped(n, d).transpose();
+  return form_ != nullptr ? q : by_blocks(roots_, q, true);
 }
 
 VectorXd PathModel::observed_from(std::size_t k, const Points& deviation) const {
   const Points at_end = by_blocks(from_nodes_[k], deviation, false);
-  return roots_.empty() ? observed(at_end) : VectorXd(at_end.transpose().reshaped());
+  return has_roots() ? VectorXd(at_end.transpose().reshaped()) : observed(at_end);
 }
 
 VectorXd PathModel::weighed(const VectorXd& r) const {
@@ -223,19 +226,92 @@ NodeCovector PathModel::gradient() const {
 
 NodeCovector PathModel::hessian(const PathDirection& direction) const {
   const auto steps = path_.middles.size();
-  std::vector<Points> momenta(steps), forces(steps);
+  std::vector<Points> dq(steps);
+  for (std::size_t k = 0; k < steps; ++k) dq[k] = 0.5 * (direction.nodes[k] + direction.nodes[k + 1]);
+  const SlopesOnLine moved = slopes_on_line(dq);
+  std::vector<Points> momenta = cometric_solutions(field_changes(dq, moved));
+  for (std::size_t k = 0; k < steps; ++k) momenta[k] = direction.momenta[k] - momenta[k];
+  NodeCovector product = node_rows(momenta, force_changes(dq, momenta, moved), path_.grid.dt());
+  product.back() += observed_transposed(weighed(observed(direction.nodes.back())));
+  return product;
+}
+
+// On a line, with K' and K'' of each pair, v_a = Σ_b K p_b and f_a = p_a Σ_b K' p_b. Sums of p do not change.
+void PathModel::keep_sums_on_line() {
+  std::vector<const LineCovariance*> steps;
+  std::vector<Points> momenta;
+  for (std::size_t k = 0; k < path_.middles.size(); ++k) {
+    steps.push_back(&path_.cometrics[k].line());
+    momenta.push_back(path_.middles[k].p);
+  }
+  on_line_.emplace(system_.system().kernel.terms().front(), steps);
+  of_momenta_ = on_line_->slope_and_second(momenta);
+}
+
+// Of the weights δq_b p_b.
+PathModel::SlopesOnLine PathModel::slopes_on_line(const std::vector<Points>& dq) const {
+  if (!on_line_) return {};
+  std::vector<Points> weights(dq.size());
+  for (std::size_t k = 0; k < dq.size(); ++k) weights[k] = dq[k].cwiseProduct(path_.middles[k].p);
+  return on_line_->slope_and_second(weights);
+}
+
+// What the fields gain where their centres move, or, for noise, where other landmarks do: not in the model.
+std::vector<Points> PathModel::field_changes(const std::vector<Points>& dq, const SlopesOnLine& moved) const {
+  std::vector<Points> changes(dq.size());
+  parallel_for(path_.grid.steps, [&](int step) {
+    const auto k = static_cast<std::size_t>(step);
+    if (!on_line_) {
+      changes[k] = system_.velocity_change(path_.middles[k], dq[k]);
+    } else {
+      changes[k] = dq[k].cwiseProduct(of_momenta_.first[k]) - moved.first[k];
+      if (noise_varies_) changes[k] += system_.noise_change(path_.middles[k], {dq[k], 0 * dq[k]}).p;
+    }
+    changes[k] -= by_blocks(path_.gradients[k], dq[k], false);
+  });
+  return changes;
+}
+
+std::vector<Points> PathModel::force_changes(const std::vector<Points>& dq, const std::vector<Points>& dp,
+                                             const SlopesOnLine& moved) const {
+  std::vector<Points> changes(dq.size()), slopes;
+  if (on_line_) slopes = on_line_->slope(dp);
   parallel_for(path_.grid.steps, [&](int step) {
     const auto k = static_cast<std::size_t>(step);
     const PhaseState& at = path_.middles[k];
-    const Points dq = 0.5 * (direction.nodes[k] + direction.nodes[k + 1]);
-    // What the fields gain where their centres move, or, for noise, where other landmarks do: not in the model.
-    const Points moved = system_.velocity_change(at, dq) - by_blocks(path_.gradients[k], dq, false);
-    momenta[k] = direction.momenta[k] - path_.cometrics[k].solve(moved);
-    forces[k] = system_.force_change(at, {dq, momenta[k]});
+    if (!on_line_) {
+      changes[k] = system_.force_change(at, {dq[k], dp[k]});
+      return;
+    }
+    changes[k] = dp[k].cwiseProduct(of_momenta_.first[k]) +
+                 at.p.cwiseProduct(slopes[k] + dq[k].cwiseProduct(of_momenta_.second[k]) - moved.second[k]);
+    if (noise_varies_) changes[k] += system_.noise_change(at, {dq[k], dp[k]}).q;
   });
-  NodeCovector product = node_rows(momenta, forces, path_.grid.dt());
-  product.back() += observed_transposed(weighed(observed(direction.nodes.back())));
-  return product;
+  return changes;
+}
+
+std::vector<Points> PathModel::cometric_solutions(const std::vector<Points>& v) const {
+  if (on_line_) return on_line_->solve(v);
+  std::vector<Points> solved(v.size());
+  parallel_for(path_.grid.steps, [&](int step) {
+    const auto k = static_cast<std::size_t>(step);
+    solved[k] = path_.cometrics[k].solve(v[k]);
+  });
+  return solved;
+}
+
+// From step `first` on.
+std::vector<Points> PathModel::velocities(const std::vector<Points>& p, std::size_t first) const {
+  std::vector<Points> velocities(p.size());
+  if (on_line_) velocities = on_line_->value(p);
+  parallel_for(path_.grid.steps - static_cast<int>(first), [&](int step) {
+    const std::size_t k = first + static_cast<std::size_t>(step);
+    if (on_line_)
+      velocities[k] += p[k] * path_.cometrics[k].own().asDiagonal();
+    else
+      velocities[k] = path_.cometrics[k].apply(p[k]);
+  });
+  return velocities;
 }
 
 PathDirection PathModel::swept(const NodeCovector& covector, const Points& at_end, std::size_t first,
@@ -249,15 +325,11 @@ PathDirection PathModel::swept(const NodeCovector& covector, const Points& at_en
     direction.momenta[k] = by_blocks(inverses_[k], costate, true);
     costate = half_step(path_.gradients[k], dt, direction.momenta[k], true) + covector[k];
   }
-  std::vector<Points> velocities(steps);
-  parallel_for(path_.grid.steps - static_cast<int>(first), [&](int step) {
-    const std::size_t k = first + static_cast<std::size_t>(step);
-    velocities[k] = path_.cometrics[k].apply(direction.momenta[k]);
-  });
+  const std::vector<Points> driven = velocities(direction.momenta, first);
   direction.nodes[first] = deviation;
   for (std::size_t k = first; k < steps; ++k)
-    direction.nodes[k + 1] = by_blocks(
-        inverses_[k], half_step(path_.gradients[k], dt, direction.nodes[k], false) + dt * velocities[k], false);
+    direction.nodes[k + 1] =
+        by_blocks(inverses_[k], half_step(path_.gradients[k], dt, direction.nodes[k], false) + dt * driven[k], false);
   return direction;
 }
 

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
 
 #include "discrete_path.hpp"
+#include "kernels/line_steps.hpp"
 #include "line_system.hpp"
 #include "pulson/matching/data_term.hpp"
 
@@ -62,6 +64,15 @@ class PathModel {
   PathDirection feedback(std::size_t k, const Points& deviation, double accuracy = kFeedbackAccuracy) const;
 
  private:
+  using SlopesOnLine = std::pair<std::vector<Points>, std::vector<Points>>;  // K, 1×N: Σ_b K'w_b and Σ_b K''w_b
+  SlopesOnLine slopes_on_line(const std::vector<Points>& dq) const;
+  std::vector<Points> field_changes(const std::vector<Points>& dq, const SlopesOnLine& moved) const;
+  std::vector<Points> force_changes(const std::vector<Points>& dq, const std::vector<Points>& dp,
+                                    const SlopesOnLine& moved) const;
+  std::vector<Points> cometric_solutions(const std::vector<Points>& v) const;
+  std::vector<Points> velocities(const std::vector<Points>& p, std::size_t first) const;
+  void keep_sums_on_line();
+  bool has_roots() const { return roots_.size() > 0; }
   void propagate();
   void factorise();
   void factorise_line();
@@ -80,10 +91,13 @@ class PathModel {
   const DataTerm& data_;
   const DiscretePath& path_;
   double weight_;
+  bool noise_varies_;                      ///< where landmarks are elsewhere
+  std::optional<LineSteps> on_line_;       ///< of landmarks on a line: sums of the steps
+  SlopesOnLine of_momenta_;                ///< then, of w = p
   std::vector<Eigen::MatrixXd> inverses_;  ///< K, d²×N: (I − ½Δt ∂v/∂x)⁻¹
   // C is √w R, N = I; but where the data have a form of each axis C = I, N = (wRᵀR)⁻¹.
   const QuadraticForm* form_ = nullptr;
-  std::vector<Eigen::MatrixXd> roots_;                    ///< N, d×d: C of landmarks, symmetric; empty for other data
+  Eigen::MatrixXd roots_;                                 ///< d²×N: C of landmarks, symmetric; empty for other data
   Eigen::MatrixXd root_;                                  ///< C of data that are neither
   std::vector<Eigen::MatrixXd> from_steps_, from_nodes_;  ///< K, d²×N: Ψ_k and Φ_k, times C of landmarks
   std::optional<LineSystem> line_;                        ///< of landmarks on a line, in place of a factor

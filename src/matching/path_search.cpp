@@ -22,6 +22,7 @@
 #include "pulson/matching/data_term.hpp"
 #include "pulson/random/brownian.hpp"
 #include "representatives.hpp"
+#include "solvers.hpp"
 
 namespace pulson::matching {
 namespace {
@@ -48,15 +49,11 @@ constexpr const char* kFlat = "the gradient vanishes";
 // Where landmarks on a line change their order, J bends wherever two of them meet in the middle of a step, and the
 // gradient hardly vanishes: then the search ends where so many iterations lower J by less than the tolerance.
 constexpr std::size_t kSettlingIterations = 8;
-// Twice as many landmarks begin at what is found for these.
-constexpr Index kFewLandmarks = 150;
 // How far the start is disturbed, in parts of the diameter. Symmetric paths may end at saddles, which are left, but
 // also where no step of the midpoint rule has a root any more: two discs that change places without noise.
 constexpr double kDisturbance = 1e-3;
 // Saddles that are left, one after the other.
 constexpr int kMostSaddles = 5;
-// A cost, in nats, that no data would show: what equal shapes have by round-off.
-constexpr double kNoCost = 1e-12;
 
 class PathSearch {
  public:
@@ -72,10 +69,10 @@ class PathSearch {
     first_inflation_ = softest();
     if (start == nullptr || !begin_in(*start)) {
       begin_at_rest();
-      if (at_rest_ < kNoCost) return equal_shapes();
+      if (at_rest_ < kNegligibleCost) return equal_shapes();
       sigma_inflation_ = first_inflation_;
       disturb();
-    } else if (problem_.data->value(path_.end()) < kNoCost && path_.energy == 0) {
+    } else if (problem_.data->value(path_.end()) < kNegligibleCost && path_.energy == 0) {
       return equal_shapes();
     }
     return search();
@@ -192,7 +189,7 @@ class PathSearch {
         radius_ = -1;
         continue;
       }
-      if (problem_.lambda * total < kNoCost)
+      if (problem_.lambda * total < kNegligibleCost)
         stop(true, "the cost vanishes");
       else if (has_settled(total))
         stop(true, "the cost has settled");
@@ -432,7 +429,7 @@ PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions&
   const Points& q0 = problem.source;
   if (!problem.system.noise->traits().moves_positions()) require_distinct(q0);
   if (start == nullptr && moves_each_along_line(problem.system.kernel, noise_cometric(*problem.system.noise, q0), q0) &&
-      problem.data->value(q0) >= kNoCost)
+      problem.data->value(q0) >= kNegligibleCost)
     return search_from_much_noise(problem, options, finish);
   if (q0.cols() <= 2 * kFewLandmarks || !can_be_subsampled(problem))
     return PathSearch(problem, options).run(start, finish);

@@ -150,23 +150,6 @@ LaplaceApproximation uncertainty_of(const MatchingProblem& problem, const Regist
   throw NumericalError("the uncertainty needs smaller time steps; use more `grid.steps`");
 }
 
-// λ∫H dt by the midpoint rule, or by H(q0, p0) where that is more accurate.
-double energy_along(const MatchingProblem& problem, const Trajectory& path) {
-  const KernelOperator& kernel = problem.system.kernel;
-  if (path.integrator == "rk4") return problem.lambda * path.grid.time * hamiltonian(kernel, path.initial());
-  double sum = 0;
-  for (std::size_t k = 0; k + 1 < path.states.size(); ++k) {
-    const PhaseState &from = path.states[k], &to = path.states[k + 1];
-    sum += hamiltonian(kernel, {0.5 * (from.q + to.q), 0.5 * (from.p + to.p)});
-  }
-  return problem.lambda * path.grid.dt() * sum;
-}
-
-MatchingCost cost_along(const MatchingProblem& problem, const Trajectory& path) {
-  return {energy_along(problem, path), 0.5 * path.increments.squaredNorm() / path.grid.dt(),
-          problem.data->value(path.final().q)};
-}
-
 template <class Solution>
 void record_search(const Solution& found, Registration& registration) {
   registration.momenta = found.momenta;
@@ -193,13 +176,12 @@ void scale_minima(Registration& registration) {
   minima.front().total = registration.cost.total();
 }
 
-// Along the recorded states, or by `rk4` along a shot of the momenta.
-void record_path(const MatchingProblem& problem, Registration& registration) {
-  const Trajectory path = replay(registration);
-  registration.result = path.final().q;
-  registration.cost = cost_along(problem, path);
+void record_path(const MatchingProblem& problem, const Points& end, const MatchingCost& cost,
+                 Registration& registration) {
+  registration.result = end;
+  registration.cost = cost;
   scale_minima(registration);
-  registration.amplification = amplification(problem.system, path);
+  registration.amplification = amplification(problem.system, replay(registration));
 }
 
 void record_geodesic(const MatchingProblem& problem, const MinimiseOptions& how, bool more_steps,
@@ -210,7 +192,11 @@ void record_geodesic(const MatchingProblem& problem, const MinimiseOptions& how,
   registration.grid = found.grid;
   registration.increments = Eigen::MatrixXd::Zero(0, registration.grid.steps);
   registration.states = found.states;
-  record_path(problem, registration);
+  // By H(q0, p0), which is more accurate than a sum over steps.
+  const Points end = replay(registration).final().q;
+  const double energy = problem.lambda * found.grid.time *
+                        hamiltonian(problem.system.kernel, {registration.source.points, found.momenta});
+  record_path(problem, end, {energy, 0, problem.data->value(end)}, registration);
   registration.step_error = step_error(problem, registration);
 }
 
@@ -240,7 +226,7 @@ void record_paths(const RegistrationProblem& of, const MinimiseOptions& how, boo
   registration.grid = found.path.grid;
   registration.increments = found.increments;
   registration.states = found.states;
-  record_path(problem, registration);
+  record_path(problem, found.path.end(), found.cost, registration);
   ShootableMomenta shot = shootable_momenta(problem, how, found);
   registration.momenta = std::move(shot.momenta);
   registration.step_error = shot.error;

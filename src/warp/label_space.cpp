@@ -1,8 +1,11 @@
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "core/factorisations.hpp"
 #include "core/text.hpp"
+#include "kernels/line_covariance.hpp"
+#include "kernels/line_sums.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/warp/material_flow.hpp"
@@ -22,6 +25,10 @@ constexpr EnumNames<LabelKernel, 2> kNames = {
 class MetricLabels final : public LabelSpace {
  public:
   MetricLabels(const KernelOperator& metric, const Points& labels) : metric_(metric), labels_(labels) {
+    if (is_swept()) {
+      factorise_along_line();
+      return;
+    }
     MatrixXd gram = metric.gram(labels, labels);
     factors_.compute(gram);
     if (factors_.info() == Eigen::Success && factors_.rcond() * kMostCondition > 1) return;
@@ -34,7 +41,10 @@ class MetricLabels final : public LabelSpace {
 
   Points coefficients(const Points& displacements) const override {
     require_size("the displacements of landmarks", displacements, labels_.rows(), labels_.cols());
-    return factors_.solve(displacements.transpose()).transpose();
+    if (!line_) return factors_.solve(displacements.transpose()).transpose();
+    MatrixXd solved = displacements.transpose();
+    line_->solve_in_place(solved);
+    return solved.transpose();
   }
   MatrixXd basis(const Points& x) const override { return metric_.gram(labels_, x); }
   MatrixXd gradients(const Points& x, const Points& coefficients) const override {
@@ -44,9 +54,25 @@ class MetricLabels final : public LabelSpace {
   }
 
  private:
+  bool is_swept() const {
+    return labels_.rows() == 1 && labels_.cols() >= kFewestOnLine && metric_.terms().size() == 1 &&
+           has_line_sums(metric_.terms());
+  }
+
+  // The least variance of an innovation is at least the least eigenvalue.
+  void factorise_along_line() {
+    const double largest = metric_.apply(labels_, labels_, Points::Ones(1, labels_.cols())).maxCoeff();
+    const KernelTerm& term = metric_.terms().front();
+    line_.emplace(term, labels_.transpose(), VectorXd::Zero(labels_.cols()));
+    if (line_->least_variance() * kMostCondition > largest) return;
+    ridge_ = largest / kMostCondition;
+    line_.emplace(term, labels_.transpose(), VectorXd::Constant(labels_.cols(), ridge_));
+  }
+
   KernelOperator metric_;
   Points labels_;
   Eigen::LLT<MatrixXd> factors_;
+  std::optional<LineCovariance> line_;  ///< in its place
 };
 
 // Duchon's splines: φ of the distances, and 1, x, y, z.

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 
 #include "line_covariance.hpp"
+#include "line_steps.hpp"
 #include "pair_loops.hpp"
 
 namespace pulson {
@@ -89,6 +90,37 @@ TEST_P(LineCovarianceOf, SolvesWhereTheNoiseIsSmall) { expect_dense(1e-6, 1e-9);
 TEST(LineCovariance, OfOnePlaceTwiceWithoutNoiseIsSingular) {
   const VectorXd place = VectorXd::Zero(2);
   EXPECT_FALSE(LineCovariance({KernelProfile::kMatern32, 1, 1}, place, place).is_regular());
+}
+
+// Eleven steps, more than are swept abreast, each with its own order and with landmarks at one place.
+TEST_P(LineCovarianceOf, StepsAbreastGiveWhatEachGivesByItself) {
+  constexpr int kSteps = 11;
+  const std::vector<KernelTerm> terms = make_kernel(GetParam() + ":alpha=1.3,weight=0.7").terms();
+  const VectorXd noise = 0.1 * (VectorXd::Ones(kCount) + random_points(1, kCount, 6).cwiseAbs().transpose());
+  std::vector<LineCovariance> each;
+  std::vector<const LineCovariance*> steps;
+  std::vector<Points> x, w;
+  for (unsigned k = 0; k < kSteps; ++k) {
+    x.push_back(places(kCount, 20 + k));
+    x.back()(30) = x.back()(31) = x.back()(29);
+    w.push_back(random_points(1, kCount, 40 + k));
+    each.emplace_back(terms.front(), x.back().transpose(), noise);
+  }
+  for (const LineCovariance& step : each) steps.push_back(&step);
+  const LineSteps abreast(terms.front(), steps);
+  const auto [slopes, seconds] = abreast.slope_and_second(w);
+  const std::vector<Points> values = abreast.value(w), solved = abreast.solve(w), only_slopes = abreast.slope(w);
+  for (std::size_t k = 0; k < kSteps; ++k) {
+    const VectorXd at = x[k].transpose();
+    const LineSums sums = line_sums(terms, at, at, w[k].transpose());
+    EXPECT_LE((values[k].transpose() - sums.value).norm(), 1e-13 * sums.value.norm());
+    EXPECT_LE((slopes[k].transpose() - sums.slope).norm(), 1e-13 * sums.slope.norm());
+    EXPECT_EQ(only_slopes[k], slopes[k]);
+    EXPECT_LE((seconds[k].transpose() - sums.second).norm(), 1e-13 * sums.second.norm());
+    MatrixXd alone = w[k].transpose();
+    each[k].solve_in_place(alone);
+    EXPECT_LE((solved[k].transpose() - alone).norm(), 1e-12 * alone.norm());
+  }
 }
 
 }  // namespace

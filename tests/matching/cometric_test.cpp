@@ -140,5 +140,27 @@ TEST(Cometric, IsRegularWhereLandmarksCoincide) {
   }
 }
 
+// The fields of channels that each move a landmark are found together: potentials, one momentum at a time, give them
+// one by one.
+TEST(NoiseCometric, IsThatOfPotentialsWhereEachChannelMovesOneLandmark) {
+  Numbers numbers(7);
+  const Points q = numbers(2, kCount);
+  for (const char* spec :
+       {"ch-sd:beta=0.3,on=2/4", "ch-sd:beta=0.3+ch-sd:beta=0.7,on=1/5", "ch-sd-screened:beta=0.2,gamma=1"}) {
+    Landmarks shape;
+    shape.points = q;
+    const std::shared_ptr<const NoiseModel> noise = make_noise(spec, shape);
+    const bool is_declared = std::string(spec).rfind("ch-sd-screened", 0) != 0;
+    EXPECT_EQ(landmarks_of_channels(*noise, q).empty(), !is_declared) << spec;
+    const NoiseCometric found = noise_cometric(*noise, q);
+    MatrixXd fields(2 * kCount, noise->channels(2, kCount));
+    for (Index i = 0; i < 2 * kCount; ++i)
+      fields.row(i) = noise->potentials({q, VectorXd::Unit(2 * kCount, i).reshaped(2, kCount)});
+    MatrixXd dense = fields * fields.transpose();
+    if (found.isotropic) dense = MatrixXd(dense(Eigen::seqN(0, kCount, 2), Eigen::seqN(0, kCount, 2)));
+    EXPECT_LE((MatrixXd(found.matrix) - dense).norm(), 1e-14 * dense.norm()) << spec;
+  }
+}
+
 }  // namespace
 }  // namespace pulson::matching

@@ -4,11 +4,14 @@
 
 #include <string>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include "cometric.hpp"
 #include "kernels/line_sums.hpp"
+#include "path_examples.hpp"
+#include "path_model.hpp"
 #include "pulson/matching/registration.hpp"
 #include "pulson/noise/noise_table.hpp"
 
@@ -97,6 +100,51 @@ TEST(CometricAlongLine, IsThatOfTheDenseMatrix) {
   EXPECT_LE((sum - same).norm(), 1e-12 * same.norm());
 }
 
+// The second derivatives of the cost by sweeps over all steps, and of the same kernel as a sum of two halves by pairs;
+// and without noise, so that both models have the same fields, what they solve.
+TEST(PathModelAlongLine, IsThatOfPairs) {
+  for (const char* kernel : {"peakon:alpha=0.8", "matern32:alpha=0.8"}) {
+    for (const char* noise : {"none", "ch-sd:beta=0.3", "ch-sd-screened:beta=0.3,gamma=0.8"}) {
+      constexpr int kSteps = 9;
+      PathMatch match{moving_places(1).transpose(), {}, kernel, noise, {1, kSteps}, 0.1, 1.3};
+      std::vector<Points> nodes{match.source};
+      for (int k = 1; k <= kSteps; ++k)
+        nodes.emplace_back(match.source.array() + 0.02 * k * match.source.array().cos());
+      match.target = nodes.back();
+      PathMatch halved = match;
+      halved.kernel = std::string(kernel) + ",weight=0.5+" + kernel + ",weight=0.5";
+      PathDirection direction;
+      for (int k = 0; k <= kSteps; ++k)
+        direction.nodes.emplace_back(0.1 * k * (match.source.array() * (1 + 0.1 * k)).sin());
+      for (int k = 0; k < kSteps; ++k) direction.momenta.emplace_back((match.source.array() + k).cos());
+      std::vector<NodeCovector> products;
+      std::vector<PathDirection> solved;
+      for (const PathMatch* each : {&match, &halved}) {
+        const MatchingProblem problem = each->problem();
+        const EffectiveHamiltonian system(problem.system, problem.lambda);
+        const std::optional<DiscretePath> path = along(system, problem.grid, nodes);
+        ASSERT_TRUE(path);
+        EXPECT_EQ(path->cometrics.front().is_on_line(), each == &match);
+        const PathModel model(system, *problem.data, *path, 1.7);
+        // A direction's momenta are what makes its nodes in the fields of the model, which the two may keep or not.
+        PathDirection along_it = direction;
+        for (std::size_t k = 0; k < along_it.momenta.size(); ++k) {
+          const Points dq = 0.5 * (direction.nodes[k] + direction.nodes[k + 1]);
+          along_it.momenta[k] = path->cometrics[k].solve(
+              (direction.nodes[k + 1] - direction.nodes[k]) / problem.grid.dt() - path->gradients[k].cwiseProduct(dq));
+        }
+        products.push_back(model.hessian(along_it));
+        solved.push_back(model.solve(products.front()));
+      }
+      for (std::size_t j = 1; j <= kSteps; ++j) {
+        EXPECT_LE((products[0][j] - products[1][j]).norm(), 1e-9 * products[1][j].norm()) << kernel << noise << j;
+        if (std::string(noise) != "none") continue;
+        EXPECT_LE((solved[0].nodes[j] - solved[1].nodes[j]).norm(), 1e-7 * solved[1].nodes[j].norm()) << kernel << j;
+      }
+    }
+  }
+}
+
 // The same kernel as a sum of two halves has a dense matrix.
 TEST(RegistrationAlongLine, IsThatOfDenseMatrices) {
   Landmarks source, target;
@@ -122,6 +170,21 @@ TEST(RegistrationAlongLine, IsThatOfDenseMatrices) {
   EXPECT_LE((sweeps.result - dense.result).norm(), 1e-7 * dense.result.norm());
 }
 
+// λ Σ Δt ½ v·A⁻¹v + ½|r|²/σ² of the recorded nodes, A = K + λβ², by a dense matrix: whatever momenta are recorded.
+double cost_of_nodes(const Registration& found, double beta) {
+  const KernelOperator kernel = make_kernel(found.kernel);
+  const double dt = found.grid.dt();
+  double sum = 0.5 * found.residuals_over_sigma().squaredNorm();
+  for (std::size_t k = 0; k + 1 < found.states.size(); ++k) {
+    const Points middle = 0.5 * (found.states[k].q + found.states[k + 1].q);
+    const VectorXd v = (found.states[k + 1].q - found.states[k].q).transpose() / dt;
+    MatrixXd a = kernel.gram(middle, middle);
+    a.diagonal().array() += found.lambda * beta * beta + regularisation(kernel);
+    sum += found.lambda * dt * 0.5 * v.dot(a.llt().solve(v));
+  }
+  return sum;
+}
+
 // Markers much closer than the kernel is wide, a run of which is in reverse order: fields in space are too steep for
 // steps there, and the search must still match them.
 TEST(RegistrationAlongLine, MatchesARunInReverseOrder) {
@@ -144,6 +207,7 @@ TEST(RegistrationAlongLine, MatchesARunInReverseOrder) {
     const double most = (target.points - source.points).squaredNorm() / (2 * beta * beta);
     EXPECT_LT(found.cost.total(), 0.05 * most) << kernel;
     EXPECT_LT(found.rms(), 0.1 * found.sigma) << kernel;
+    EXPECT_NEAR(found.cost.total(), cost_of_nodes(found, beta), 1e-7 * found.cost.total()) << kernel;
   }
 }
 

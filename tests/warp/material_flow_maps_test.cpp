@@ -175,6 +175,34 @@ TEST(LabelSpaces, RidgeIsTold) {
   EXPECT_EQ(affine_motion("variational", spread_landmarks(2), Eigen::Matrix2d::Identity(), still).flow().ridge(), 0);
 }
 
+// By sweeps, and, of the same kernel as a sum of two halves, by a matrix; two labels coincide, so that there is a
+// ridge.
+TEST(LabelSpaces, AlongALineAreThoseOfTheDenseMatrix) {
+  constexpr int kLabels = 80;
+  for (const char* kernel : {"peakon", "matern32", "matern52"}) {
+    for (const bool coincident : {false, true}) {
+      Points labels(1, kLabels), delta(1, kLabels), x(1, 7);
+      for (int a = 0; a < kLabels; ++a) {
+        labels(a) = a * 37 % kLabels + 0.3 * std::sin(3.0 * a);
+        delta(a) = std::cos(0.1 * labels(a));
+      }
+      x << -3, 0, 1.5, 20, 40.2, 79, 90;
+      if (coincident) {
+        labels(3) = labels(5);
+        delta(3) = delta(5);
+      }
+      const std::string spec = std::string(kernel) + ":alpha=2", half = spec + ",weight=0.5";
+      const auto sweeps = LabelSpace::make(LabelKernel::kMetric, make_kernel(spec), labels);
+      const auto dense = LabelSpace::make(LabelKernel::kMetric, make_kernel(half + "+" + half), labels);
+      EXPECT_EQ(sweeps->ridge() > 0, coincident) << kernel;
+      EXPECT_NEAR(sweeps->ridge(), dense->ridge(), 1e-10 * dense->ridge()) << kernel;
+      const Points by_sweeps = sweeps->coefficients(delta) * sweeps->basis(x);
+      const Points by_matrix = dense->coefficients(delta) * dense->basis(x);
+      EXPECT_LE((by_sweeps - by_matrix).norm(), 1e-8 * by_matrix.norm()) << kernel;
+    }
+  }
+}
+
 TEST(LabelSpaces, HaveNames) {
   for (const LabelKernel kernel : {LabelKernel::kMetric, LabelKernel::kThinPlate})
     EXPECT_EQ(parse_label_kernel(label_kernel_name(kernel)), kernel);

@@ -114,11 +114,17 @@ function(pulson_compile_as target kind)
   target_precompile_headers(${target} REUSE_FROM pulson_headers_${kind})
 endfunction()
 
-# pulson_vector_source(<file>): its loops over axes and rounds must unroll in every preset, but for the sanitizers', which
-# take ten minutes over that, and over the checks for undefined behaviour in every vector operation.
+# pulson_vector_source(<file> [CALLS]): its loops over axes and rounds must unroll in every preset, but for the sanitizers', which
+# take ten minutes over that, and over the checks for undefined behaviour in every vector operation. CALLS: the address
+# sanitizer looks at memory by calls rather than in place, for files whose functions are long: pair_sums.cpp compiles in 50 s
+# rather than 117, and its tests take 6.1 s rather than 5.9. (g++ takes such parameters from a precompiled header, which these do without.)
 function(pulson_vector_source file)
   if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
-    set_source_files_properties(${file} PROPERTIES COMPILE_OPTIONS "-fno-sanitize=undefined" SKIP_PRECOMPILE_HEADERS ON)
+    set(options -fno-sanitize=undefined)
+    if(CALLS IN_LIST ARGN AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+      list(APPEND options --param=asan-instrumentation-with-call-threshold=0)
+    endif()
+    set_source_files_properties(${file} PROPERTIES COMPILE_OPTIONS "${options}" SKIP_PRECOMPILE_HEADERS ON)
   else()
     set_source_files_properties(${file} PROPERTIES COMPILE_OPTIONS "-O3" SKIP_PRECOMPILE_HEADERS ON)
   endif()

@@ -117,7 +117,8 @@ endfunction()
 # pulson_vector_source(<file> [CALLS]): its loops over axes and rounds must unroll in every preset, but for the sanitizers', which
 # take ten minutes over that, and over the checks for undefined behaviour in every vector operation. CALLS: the address
 # sanitizer looks at memory by calls rather than in place, for files whose functions are long: pair_sums.cpp compiles in 50 s
-# rather than 117, and its tests take 6.1 s rather than 5.9. (g++ takes such parameters from a precompiled header, which these do without.)
+# rather than 117, and its tests take 31 s rather than 25. (From precompiled headers, which these do without, g++ would take
+# such parameters, too.)
 function(pulson_vector_source file)
   if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
     set(options -fno-sanitize=undefined)

@@ -158,7 +158,7 @@ using ShardsUnderSignals = WithSignals<ShardsProgram>;
 TEST_F(ShardsUnderSignals, GoOn) {
   ShardedRun sharded = sharded_runs().front();
   sharded.line =
-      std::regex_replace(sharded.line, std::regex("--calibrate 5 --draws 40"), "--calibrate 40 --draws 4000") +
+      std::regex_replace(sharded.line, std::regex("--calibrate 5 --draws 40"), "--calibrate 40 --draws 1000") +
       "--threads 1 ";
   ASSERT_EQ(run(words(sharded.line + "-o whole")).exit_code, 0);
   const pid_t child = sampling(sharded.line + "-o parts");

@@ -105,18 +105,18 @@ TEST(CometricAlongLine, IsThatOfTheDenseMatrix) {
 TEST(PathModelAlongLine, IsThatOfPairs) {
   for (const char* kernel : {"peakon:alpha=0.8", "matern32:alpha=0.8"}) {
     for (const char* noise : {"none", "ch-sd:beta=0.3", "ch-sd-screened:beta=0.3,gamma=0.8"}) {
-      constexpr int kSteps = 9;
-      PathMatch match{moving_places(1).transpose(), {}, kernel, noise, {1, kSteps}, 0.1, 1.3};
+      constexpr int kNodes = 9;
+      PathMatch match{moving_places(1).transpose(), {}, kernel, noise, {1, kNodes}, 0.1, 1.3};
       std::vector<Points> nodes{match.source};
-      for (int k = 1; k <= kSteps; ++k)
+      for (int k = 1; k <= kNodes; ++k)
         nodes.emplace_back(match.source.array() + 0.02 * k * match.source.array().cos());
       match.target = nodes.back();
       PathMatch halved = match;
       halved.kernel = std::string(kernel) + ",weight=0.5+" + kernel + ",weight=0.5";
       PathDirection direction;
-      for (int k = 0; k <= kSteps; ++k)
+      for (int k = 0; k <= kNodes; ++k)
         direction.nodes.emplace_back(0.1 * k * (match.source.array() * (1 + 0.1 * k)).sin());
-      for (int k = 0; k < kSteps; ++k) direction.momenta.emplace_back((match.source.array() + k).cos());
+      for (int k = 0; k < kNodes; ++k) direction.momenta.emplace_back((match.source.array() + k).cos());
       std::vector<NodeCovector> products;
       std::vector<PathDirection> solved;
       for (const PathMatch* each : {&match, &halved}) {
@@ -136,7 +136,7 @@ TEST(PathModelAlongLine, IsThatOfPairs) {
         products.push_back(model.hessian(along_it));
         solved.push_back(model.solve(products.front()));
       }
-      for (std::size_t j = 1; j <= kSteps; ++j) {
+      for (std::size_t j = 1; j <= kNodes; ++j) {
         EXPECT_LE((products[0][j] - products[1][j]).norm(), 1e-9 * products[1][j].norm()) << kernel << noise << j;
         if (std::string(noise) != "none") continue;
         EXPECT_LE((solved[0].nodes[j] - solved[1].nodes[j]).norm(), 1e-7 * solved[1].nodes[j].norm()) << kernel << j;

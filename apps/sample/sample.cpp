@@ -228,11 +228,11 @@ int write_results(const PosteriorResults& results, const SavedChains& saved, con
 
 int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, const std::string& settings,
                   std::vector<std::string> notes) {
-  inference::PosteriorProblem problem = arguments.problem(shapes, notes);
   const OutputOptions& output = arguments.output;
-  output.check(problem.tree.empty() ? kSampleFiles : kTreeFiles, kSamplePictures);
+  output.check(shapes.tree.empty() ? kSampleFiles : kTreeFiles, kSamplePictures);
   SavedChains saved(arguments, shapes, settings);
   if (saved.done_before()) return kDone;
+  inference::PosteriorProblem problem = arguments.problem(shapes, notes);
   require_determined_theta(problem);
   Progress progress;
   std::mutex turn;

@@ -367,7 +367,8 @@ def main():
                 count["errors"].append(evidence["standard_error"])
             print(f"{name:18} {m:4} {s} {'converged' if converged else 'refused  '} {'WRONG' if wrong else '     '}"
                   f" log p(y) {evidence['value']} ± {evidence['standard_error']} ({of_evidence:+.1f}), furthest {most:.1f}"
-                  f" of {allowed:.1f} {label}; {summary['seconds']:.1f} s; {summary['confirmation']['by']}", flush=True)
+                  f" of {allowed:.1f} {label}; {summary['seconds']:.1f} s; {(summary['confirmation'] or {}).get('by', 'not confirmed')}",
+                  flush=True)
     print("\n| method | runs | called converged | of these wrong | median error of log p(y) |\n|---|---|---|---|---|")
     for m, count in counts.items():
         middle = f"{statistics.median(count['errors']):.3f}" if count["errors"] else ""

@@ -68,15 +68,18 @@ constexpr int kHighestLevel = 52;
 
 bool is_count(std::int64_t count) { return count >= 0 && count <= kMostCounted; }
 
+/// Whether nothing is counted more often than there are paths.
 bool has_counts(const EnsembleSums& sums) {
-  for (const std::int64_t count : {sums.samples, sums.paths.clean, sums.paths.no_root, sums.paths.momentum_bound,
-                                   sums.paths.tie, sums.crossing.at_end, sums.crossing.ever})
-    if (!is_count(count)) return false;
+  if (!is_count(sums.samples)) return false;
+  const auto fits = [&](std::int64_t count) { return count >= 0 && count <= sums.samples; };
+  for (const std::int64_t count : {sums.paths.clean, sums.paths.no_root, sums.paths.momentum_bound, sums.paths.tie,
+                                   sums.crossing.at_end, sums.crossing.ever})
+    if (!fits(count)) return false;
   for (const auto& record : sums.histograms)
     for (const Histogram& histogram : record)
       for (const std::uint64_t count : histogram.counts)
-        if (count > kMostCounted) return false;
-  return std::all_of(sums.crossing.pairs.begin(), sums.crossing.pairs.end(), is_count);
+        if (count > static_cast<std::uint64_t>(sums.samples)) return false;
+  return std::all_of(sums.crossing.pairs.begin(), sums.crossing.pairs.end(), fits);
 }
 
 /// Whether moments of the paths can be added to each other.

@@ -75,7 +75,7 @@ void SampleArguments::add_to(CLI::App& verb) {
       ->capture_default_str();
   begin_group(verb, more(kSamplingGroup));
   verb.add_option("--searches", sampler.searches,
-                  "searches for modes, from different initial guesses; 0: 4 for up to 12 coordinates, else 1")
+                  "searches for modes, from different initial guesses; 0: 16 for up to 12 coordinates, else 1")
       ->capture_default_str();
   verb.add_option("--temperatures", sampler.temperatures,
                   "parallel tempering: each chain exchanges points with chains of as many tempered posteriors, down to "

@@ -15,8 +15,10 @@ struct ImportanceEstimate {
   std::vector<Estimate> numbers;  ///< means of θ (as φ), then of p0, q(T) and q(T/2) of each specimen
 };
 
-/// Importance sampling from the linear components of the reference, with which even a law that is far from all minima
-/// is found where the prior comes to it: brute force, but for the part of the draws that are nearer.
+/// Importance sampling. Where θ is held and a specimen has few data its proposals are mixtures that are fitted to the
+/// posteriors of one power of the likelihood after the other, from draws of the prior on (O. Cappé, R. Douc, A.
+/// Guillin, J.-M. Marin and C. Robert 2008), for as many paths as are given or some seconds: they find minima and tails
+/// that no search has found. Others are the linear components of the reference, half of them wide.
 ///
 /// With θ held each specimen has its own weights w; else w(θ) Π_s w̄_s, w̄_s the mean over the draws of the specimen at
 /// one θ. Draws are shot in vector lanes where there are any.

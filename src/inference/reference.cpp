@@ -23,8 +23,7 @@ namespace {
 constexpr double kSmallGain = 0.05;  // nats: the minimum is that of a reference
 constexpr double kFarBelow = 12;     // nats
 constexpr int kTurns = 2;            // of θ and z
-constexpr Index kFewData = 12;
-constexpr int kSearchesOfFew = 4;
+constexpr int kSearchesOfFew = 16;
 constexpr std::uint64_t kGuessPath = 1ULL << 60U;
 // Of the reference a fifth is wide: so much the evidence's error grows at most where the path is linear, by a tenth.
 constexpr double kWidePart = 0.2;

@@ -17,9 +17,12 @@ using posterior::Specimen;
 /// @throws NumericalError where neither `start` nor rest has a path
 Minimum find_minimum(const Specimen& specimen, const Specimen::Model& model, const Eigen::VectorXd& start);
 
+/// So few data of a specimen may have minima, or tails, that one search does not find.
+inline constexpr Eigen::Index kFewData = 12;
+
 /// The distinct minima that searches from several guesses find; those whose linear evidence is more than 12 nats below
 /// the greatest are dropped. The guesses are the minima that registration finds, and draws of the prior.
-/// @param searches one more than draws of the prior; 0: 4 where there are at most 12 data, else 1
+/// @param searches one more than draws of the prior; 0: 16 where there are at most 12 data, else 1
 std::vector<Minimum> find_minima(const Specimen& specimen, const Specimen::Model& model, int searches,
                                  std::uint64_t seed);
 

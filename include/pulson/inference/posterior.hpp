@@ -104,7 +104,7 @@ struct SamplerOptions {
   int draws = 1000;      ///< of each chain, after the warm-up
   int paths_kept = 400;  ///< of all chains, evenly spaced
   int temperatures = 1;  ///< powers τ of the likelihood whose chains exchange their points; 1: the posterior alone
-  /// For modes: from the minima that registration finds, and one less from draws of the prior; 0: 4 where data are at
+  /// For modes: from the minima that registration finds, and one less from draws of the prior; 0: 16 where data are at
   /// most 12, else 1.
   int searches = 0;
   /// Whether the evidence is computed, from 100 to 2000 draws of the reference, and confirmed.

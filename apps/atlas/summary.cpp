@@ -44,8 +44,9 @@ void print_atlas(const AtlasResults& results) {
   print_text("template    of {}: {} in {}D, {} iterations, {}\n", counted(std::ssize(atlas.specimens), "shape"),
              counted(shape.count(), "landmark"), shape.dimension(), atlas.iterations,
              atlas.converged ? "converged" : "NOT CONVERGED");
-  print_text("model       {}{}, lambda {:.4g}{}, sigma {:.4g}{}\n", atlas.kernel.spec(4), origin(atlas.fitted_kernel),
-             atlas.lambda, origin(atlas.fitted_lambda), atlas.sigma, origin(atlas.fitted_sigma));
+  print_text("model       {}{}, lambda {:.4g}{}, sigma {:.4g}{}, {} in {} steps\n", atlas.kernel.spec(4),
+             origin(atlas.fitted_kernel), atlas.lambda, origin(atlas.fitted_lambda), atlas.sigma,
+             origin(atlas.fitted_sigma), matching::atlas_defaults().integrator.value, atlas.steps);
   print_suspects(atlas);
   print_text("rms         median {:.4g}, largest {:.4g}; exp(log) error {:.2g} diameters\n", rms[rms.size() / 2],
              rms.back(), atlas.exp_log_error());

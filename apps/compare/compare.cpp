@@ -12,6 +12,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "record.hpp"
 #include "report.hpp"
+#include "sentences.hpp"
 #include "shell/audit_warnings.hpp"
 #include "shell/messages.hpp"
 #include "shell/ranks.hpp"
@@ -93,6 +94,7 @@ int run_comparison(const CompareArguments& arguments, const compare::CohortShape
     results.print_written();
   }
   if (!wrong.empty()) print_warning(wrong);
+  if (const std::string steps = steps_warning(comparison); !steps.empty()) print_warning(steps);
   if (shapes.targets.size() > 1) warn_of_cohort(shapes.targets);
   const bool converged = std::all_of(comparison.models.begin(), comparison.models.end(),
                                      [](const compare::ComparedModel& model) { return model.fit.converged; });

@@ -163,7 +163,10 @@ std::string comparison_json(const compare::Comparison& comparison, double second
             {"version", version()}};
   for (const Eigen::VectorXd& weights : comparison.cohort.weights) json["weights"].push_back(numbers(weights));
   for (const compare::ComparedModel& model : comparison.models) json["models"].push_back(model_json(comparison, model));
-  json["verdict"] = {{"text", verdict(comparison)}, {"misfit", misfit(comparison)}, {"sigma", sigma_range(comparison)}};
+  json["verdict"] = {{"text", verdict(comparison)},
+                     {"misfit", misfit(comparison)},
+                     {"sigma", sigma_range(comparison)},
+                     {"steps", steps_warning(comparison)}};
   if (comparison.profile) {
     json["sigma_profile"] = {{"sigma", numbers(comparison.profile->sigma)}, {"scores", Json::array()}};
     for (const auto& row : comparison.profile->scores.rowwise())
@@ -186,6 +189,8 @@ std::string shapes_csv(const compare::Comparison& comparison) {
 std::string models_csv(const compare::Comparison& comparison) {
   const Facts<ModelRow> facts = chosen(model_facts(), {"log_evidence",
                                                        "laplace",
+                                                       "step_error",
+                                                       "difference_step_error",
                                                        "score",
                                                        "difference",
                                                        "weight",

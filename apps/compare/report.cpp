@@ -26,12 +26,14 @@ Facts<ModelRow> short_names(Facts<ModelRow> facts) {
 
 html::ReportTable evidence_table(const std::vector<ModelRow>& rows) {
   return report_table(
-      short_names(
-          chosen(model_facts(), {"noise", "difference", "weight", "p_value", "log_evidence", "laplace", "converged"})),
+      short_names(chosen(model_facts(), {"noise", "difference", "weight", "p_value", "log_evidence", "laplace",
+                                         "step_error", "difference_step_error", "converged"})),
       rows,
       "Evidence. A score is the log evidence minus (k/2) log n for k fitted numbers and n shapes, in nats, relative to "
       "the best model; p is the probability of as much evidence for noise where there is none; Laplace is Laplace's "
-      "approximation of the log evidence. Errors are standard errors.");
+      "approximation of the log evidence. The step error is what these steps lack of the limit of fine steps, which "
+      "was "
+      "added. Errors are standard errors.");
 }
 
 html::ReportTable numbers_table(const std::vector<ModelRow>& rows) {
@@ -105,15 +107,18 @@ html::HtmlReport comparison_report(const compare::Comparison& comparison, const 
   html::ReportSection verdict{"The verdict", {}};
   for (const std::string& sentence : four_sentences(comparison))
     verdict.blocks.emplace_back(html::ReportParagraph{sentence});
+  verdict.blocks.emplace_back(html::ReportParagraph{
+      as_title(steps_warning(comparison).empty() ? "steps: " + steps_words(comparison) : steps_warning(comparison)) +
+      "."});
   report.sections.push_back(std::move(verdict));
   html::ReportSection models{"Models", {}};
   const std::vector<ModelRow> rows = ranked_rows(comparison);
   models.blocks.emplace_back(html::ReportParagraph{fmt::format(
-      "{} of {} in {}D from {}, aligned: {}. Kernel {}, {} steps, {}.",
+      "{} of {} in {}D from {}, aligned: {}. Kernel {}, {} in {} steps, {}.",
       counted(comparison.cohort.targets.size(), "shape"), counted(comparison.cohort.source.count(), "landmark"),
       comparison.cohort.source.dimension(), comparison.cohort.source.source,
-      alignment_name(comparison.cohort.alignment), kernel_words(comparison.settings), comparison.settings.grid.steps,
-      sigma_words(comparison.settings))});
+      alignment_name(comparison.cohort.alignment), kernel_words(comparison.settings), comparison.settings.integrator,
+      comparison.settings.grid.steps, sigma_words(comparison.settings))});
   models.blocks.emplace_back(evidence_table(rows));
   models.blocks.emplace_back(numbers_table(rows));
   for (const std::filesystem::path& picture : pictures)

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include <fmt/core.h>
 #include <fmt/ranges.h>
@@ -123,6 +125,27 @@ std::string recognition_words(const Comparison& comparison) {
                                   100 * model.recognition->noise_share, 100 * model.recognition->part));
   if (parts.empty()) return {};
   return fmt::format("of cohorts like this one, noise would be recognised: {}", fmt::join(parts, ", "));
+}
+
+std::string steps_words(const Comparison& comparison) {
+  double low = std::numeric_limits<double>::infinity(), high = -low, apart = 0;
+  for (const ComparedModel& model : comparison.models) {
+    if (!std::isfinite(model.score)) continue;
+    const double error = model.fit.step_error.value;
+    if (std::isnan(error)) return "the error of the steps is not determined";
+    low = std::min(low, error);
+    high = std::max(high, error);
+    apart = std::max(apart, std::abs(comparison.step_error(model)));
+  }
+  const std::string by = high > low ? fmt::format("{:+.3f} to {:+.3f}", low, high) : fmt::format("{:+.3f}", low);
+  return fmt::format("log evidences are corrected by {} to the limit of fine steps, scores by at most {:.3f}", by,
+                     apart);
+}
+
+std::string steps_warning(const Comparison& comparison) {
+  const std::optional<int> wanted = comparison.steps_wanted();
+  if (!wanted) return {};
+  return fmt::format("the steps are too long for this verdict: {}; take --steps {}", steps_words(comparison), *wanted);
 }
 
 std::vector<std::string> four_sentences(const Comparison& comparison) {

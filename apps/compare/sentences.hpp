@@ -20,6 +20,12 @@ std::string sigma_range(const compare::Comparison& comparison);
 /// How often cohorts like this one would reveal each noise; empty where that was not found.
 std::string recognition_words(const compare::Comparison& comparison);
 
+/// By how much the evidences were corrected for the steps, and their differences.
+std::string steps_words(const compare::Comparison& comparison);
+
+/// That more steps might change the verdict, and how many would not; empty where they would not.
+std::string steps_warning(const compare::Comparison& comparison);
+
 /// What was asked, what was found, how sure that is, and what would change it.
 std::vector<std::string> four_sentences(const compare::Comparison& comparison);
 

@@ -163,8 +163,8 @@ void print_comparison(const compare::Comparison& comparison) {
   print_text("{}: {} of {} landmarks in {}D, aligned: {}\n", comparison.cohort.source.source,
              counted(comparison.cohort.targets.size(), "shape"), comparison.cohort.source.count(),
              comparison.cohort.source.dimension(), alignment_name(comparison.cohort.alignment));
-  print_text("model      {}, {} steps, {}\n\n", kernel_words(comparison.settings), comparison.settings.grid.steps,
-             sigma_words(comparison.settings));
+  print_text("model      {}, {} in {} steps, {}\n\n", kernel_words(comparison.settings), comparison.settings.integrator,
+             comparison.settings.grid.steps, sigma_words(comparison.settings));
   const std::vector<ModelRow> rows = ranked_rows(comparison);
   const auto print = [&](std::initializer_list<std::string_view> keys) {
     print_table(with_short_names(text_table(chosen(model_facts(), keys), rows)));
@@ -183,6 +183,7 @@ void print_comparison(const compare::Comparison& comparison) {
   if (const std::string wrong = misfit(comparison); !wrong.empty()) print_text("misfit     {}\n", wrong);
   if (const std::string range = sigma_range(comparison); !range.empty())
     print_text("sigma      the verdict {} ({:.1f} s)\n", range, comparison.profile->seconds);
+  print_text("steps      {}\n", steps_words(comparison));
   if (const std::string power = recognition_words(comparison); !power.empty()) print_text("power      {}\n", power);
 }
 

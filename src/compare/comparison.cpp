@@ -10,6 +10,7 @@
 #include <fmt/core.h>
 
 #include "cohort_model.hpp"
+#include "core/undefined.hpp"
 #include "fit.hpp"
 #include "least_cost_paths.hpp"
 #include "map_facts.hpp"
@@ -21,6 +22,7 @@
 #include "sampled.hpp"
 #include "sampled_evidence.hpp"
 #include "statistics.hpp"
+#include "step_error.hpp"
 
 namespace pulson::compare {
 namespace {
@@ -29,6 +31,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+// Of the steps, nats: of two cohorts of 12 ovals in 1, 2, 3, 5 and 10 steps, corrections up to 2.3 left at most 0.3 and
+// those from 3.5 on more than a third of themselves.
+constexpr double kMostCorrected = 2;
+constexpr int kMostTimes = 8;          // as many steps are advised: errors of second order are then 64 times smaller
 constexpr double kSameEvidence = 0.1;  // nats that two evidences may differ by, beside their errors, without a note
 
 // Eigenvectors of K(q0) in the order of falling eigenvalues.
@@ -134,6 +140,7 @@ bool take_the_same_evidence(std::vector<ComparedModel>& models) {
       model.fit.log_evidence += shape.laplace - shape.log_evidence;
       shape.log_evidence = shape.laplace;
       shape.variance = 0;
+      shape.log_sets.resize(0);
     }
   }
   for (ComparedModel& model : models) {
@@ -217,6 +224,30 @@ void rank(Comparison& comparison) {
   }
 }
 
+// All evidences or none, so that no model is above another by its steps.
+void take_the_limit_of_steps(Comparison& comparison, const std::vector<NoiseChoice>& noises) {
+  std::vector<StepChange> changes;
+  std::string undetermined;
+  for (std::size_t m = 0; m < noises.size(); ++m) {
+    const ComparedModel& model = comparison.models[m];
+    changes.push_back(change_of_finer_steps(comparison.cohort, noises[m], comparison.settings, model.fit));
+    if (std::isfinite(model.score) && !std::isfinite(changes.back().total.value)) undetermined = model.noise;
+  }
+  for (std::size_t m = 0; m < noises.size(); ++m) {
+    ComparedModel& model = comparison.models[m];
+    if (undetermined.empty())
+      correct_for_steps(changes[m], comparison.settings, model.fit);
+    else
+      model.fit.step_error = {kUndefined, kUndefined};
+    model.score = model.fit.score();
+  }
+  if (!undetermined.empty())
+    comparison.notes.push_back(
+        fmt::format("{}: what twice as many steps would change is not determined, so the evidences are those of {} "
+                    "steps; use more `grid.steps`",
+                    undetermined, comparison.settings.grid.steps));
+}
+
 // Of no noise against each model that has it as its limit: at the limit twice the gain is 0 in half of all cohorts, and
 // χ² of one degree in the others.
 void test_against_none(Comparison& comparison, const std::vector<NoiseChoice>& noises, const CompareOptions& options) {
@@ -245,13 +276,15 @@ void test_against_none(Comparison& comparison, const std::vector<NoiseChoice>& n
                     [](const FittedNumber& number) { return number.vanishes && number.name != "lambda"; });
     models[i].p_value = gain > 0 && !same ? 0.5 * std::erfc(std::sqrt(gain)) : 1;
     if (drawn.empty()) continue;
+    const double of_steps = models[i].fit.step_error.value - none->fit.step_error.value;
+    const double of_these_steps = gain - (std::isfinite(of_steps) ? of_steps : 0);  // as of the cohorts drawn
     int greater = 0;
     int fitted = 0;
     for (const std::vector<RecoveredFit>& fits : drawn.front().fits) {
       const double by_chance = fits[i].log_evidence - fits[place].log_evidence;
       if (!std::isfinite(by_chance)) continue;
       ++fitted;
-      if (by_chance >= gain) ++greater;
+      if (by_chance >= of_these_steps) ++greater;
     }
     models[i].p_value = (1.0 + greater) / (1.0 + fitted);
     models[i].bootstrapped = fitted;
@@ -277,6 +310,37 @@ void check_models(Comparison& comparison, const CohortShapes& shapes) {
 }  // namespace
 
 bool ComparedModel::is_behind() const { return is_decisive(-difference.value, difference.standard_error); }
+
+double Comparison::step_error(const ComparedModel& model) const {
+  const double of_difference = model.fit.step_error.value - models[best].fit.step_error.value;
+  return &model == &models[best] ? 0 : of_difference;
+}
+
+std::optional<int> Comparison::steps_wanted() const {
+  if (cohort.targets.size() == 1) return std::nullopt;  // of which the evidence does not judge
+  int wanted = settings.grid.steps;
+  for (const ComparedModel& model : models) {
+    if (!std::isfinite(model.score)) continue;
+    int enough = settings.grid.steps;
+    for (double error = std::abs(model.fit.step_error.value);
+         error > kMostCorrected && enough < kMostTimes * settings.grid.steps; error /= 4)
+      enough *= 2;
+    wanted = std::max(wanted, enough);
+    if (&model == &models[best]) continue;
+    const double ahead = -model.difference.value;
+    // Of order 1 in place of 2 the limit would be twice the change away, half as far again.
+    double left = std::abs(step_error(model)) / 2;
+    if (std::isnan(left)) return 2 * settings.grid.steps;
+    const auto may_change = [&] {
+      const double error = model.difference.standard_error;
+      return left > 0 && (left >= ahead || is_decisive(ahead - left, error) != is_decisive(ahead + left, error));
+    };
+    int steps = settings.grid.steps;
+    for (; may_change() && steps < kMostTimes * settings.grid.steps; left /= 4) steps *= 2;
+    wanted = std::max(wanted, steps);
+  }
+  return wanted > settings.grid.steps ? std::optional(wanted) : std::nullopt;
+}
 
 Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseChoice>& noises,
                           const CompareOptions& options) {
@@ -316,6 +380,7 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
   }
   const bool sampled = options.sampled_evidence && with_sampled_evidence(comparison);
   if (!sampled && take_the_same_evidence(comparison.models)) same.settings.importance_samples = 0;
+  take_the_limit_of_steps(comparison, noises);
   rank(comparison);
   test_against_none(comparison, noises, same);
   if (options.checks && std::ssize(shapes.targets) >= kFewestToJudge) {

@@ -159,6 +159,7 @@ bool sample(const CohortModel& cohort, const Matches& matches, int shape, ShapeF
     fit.log_evidence += std::log(sum / near);
     fit.variance = (near * near * fit.variance + distant.variance) / (sum * sum);
   }
+  fit.log_sets = sampled.log_sets;
   fit.samples = sampled.samples;
   fit.effective_samples = sampled.effective_samples;
   fit.lost_samples = sampled.lost;

@@ -19,7 +19,6 @@ using posterior::LinearAt;
 using posterior::ShotBatch;
 using posterior::Specimen;
 
-constexpr Index kMostOfOneSet = 4;
 constexpr Index kLeastSets = 4;  // of which a variance is known to half of itself
 // Of ε + r(z) − v, in standard deviations of the data. What is missing varies with the draw, so that a draw has not
 // quite the density it is weighed with. Where up to 1 was missing the evidence of 20 ovals was 0.1 nats too great,
@@ -30,12 +29,21 @@ constexpr double kAccuracy = 1e-2;
 // cohort's evidence are both proportional. On the leaves, with 0.10, the maximum was that of a few draws; 287
 // salamanders have 0.03.
 constexpr double kMostShapeVariance = 0.05;
+constexpr std::uint64_t kDistant = 1U << 20, kRefined = 1U << 21;  // of the streams of random numbers
 
 // (ζ, ε) of normal numbers for the data, the momenta and the noise: in that order, so that with and without noise those
 // of the others are the same.
-VectorXd in_order(const VectorXd& normals, Index data) {
-  VectorXd of_draw(normals.size());
-  of_draw << normals.tail(normals.size() - data), normals.head(data);
+VectorXd drawn_normals(const Specimen& specimen, std::uint64_t seed, std::uint64_t path, int refinements) {
+  const Index data = specimen.data(), momenta = specimen.momentum_unknowns();
+  const Index controls = (specimen.unknowns() - momenta) >> refinements;
+  const VectorXd normals = standard_normals(seed, path, static_cast<int>(data + momenta + controls), 1);
+  VectorXd zeta = normals.tail(momenta + controls);
+  for (int i = 1; i <= refinements; ++i)
+    zeta = posterior::refined(
+        specimen, zeta,
+        standard_normals(seed, path + static_cast<std::uint64_t>(i) * kRefined, static_cast<int>(zeta.size()), 1));
+  VectorXd of_draw(specimen.unknowns() + data);
+  of_draw << zeta, normals.head(data);
   return of_draw;
 }
 
@@ -109,7 +117,8 @@ VectorXd log_weights(const ShotBatch& shots, const LinearAt& linear, const Matri
 }  // namespace
 
 ImportanceEstimate sample_shape(const CohortModel& cohort, int shape, const Specimen::Model& model,
-                                const posterior::LinearModel& chord, int samples, double enough, DrawStarts& starts) {
+                                const posterior::LinearModel& chord, int samples, double enough, DrawStarts& starts,
+                                int refinements) {
   const Specimen& specimen = cohort.specimen(shape);
   const LinearAt linear(chord, model);
   const ShotBatch shots(specimen, model, &linear);
@@ -126,9 +135,8 @@ ImportanceEstimate sample_shape(const CohortModel& cohort, int shape, const Spec
     const Index some = std::min(sets_at_once, sets - i);
     MatrixXd normals(size, of_set * some);
     for (Index j = 0; j < some; ++j)
-      normals.middleCols(of_set * j, of_set) =
-          with_all_signs(in_order(standard_normals(seed, static_cast<std::uint64_t>(i + j), size, 1), specimen.data()),
-                         momenta, controls);
+      normals.middleCols(of_set * j, of_set) = with_all_signs(
+          drawn_normals(specimen, seed, static_cast<std::uint64_t>(i + j), refinements), momenta, controls);
     weights.middleCols(i, some).reshaped() =
         log_weights(shots, linear, normals, starts.middleCols(of_set * i, of_set * some));
     if (i + some < kLeastSets) continue;
@@ -194,11 +202,10 @@ double sum_of_log_means(const std::vector<VectorXd>& log_sets, int left_out) {
 
 namespace {
 
-constexpr std::uint64_t kDistant = 1U << 20;  // of the streams of random numbers
-constexpr double kWider = 2;                  // than the linear posterior
-constexpr double kNegligibleWeight = -14;     // nats, beside the evidence
-constexpr double kExactRoot = 1e-3;           // as kAccuracy, where it is asked to what root the iteration leads
-constexpr double kSamePlace = 0.1;            // in white unknowns; roots that differ are farther apart
+constexpr double kWider = 2;               // than the linear posterior
+constexpr double kNegligibleWeight = -14;  // nats, beside the evidence
+constexpr double kExactRoot = 1e-3;        // as kAccuracy, where it is asked to what root the iteration leads
+constexpr double kSamePlace = 0.1;         // in white unknowns; roots that differ are farther apart
 
 // z of a draw from the linear posterior twice as wide: of (ζ, ε), z − mean = A(ζ, ε) is its deviation.
 VectorXd wide_draw(const LinearAt& linear, const VectorXd& normals) {

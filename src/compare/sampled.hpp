@@ -26,6 +26,9 @@ struct ImportanceEstimate {
   Eigen::VectorXd log_sets;      ///< log of the mean weight of each set of draws that differ in signs alone
 };
 
+/// Draws of a set: as many samples are asked for, and half of that are drawn without noise.
+inline constexpr Eigen::Index kMostOfOneSet = 4;
+
 /// What the iterations of a shape's draws ended at, with which they begin for other numbers: v, a column each, NaN
 /// where none is known.
 using DrawStarts = Eigen::MatrixXd;
@@ -38,9 +41,11 @@ using DrawStarts = Eigen::MatrixXd;
 /// even in the amplitudes, as the evidence is: otherwise it has a slope at β = 0 that is an error of the draws, and a
 /// maximum beside it.
 /// @param samples at most, rounded up to whole sets, and half of that without noise @param enough the variance of the
-/// logarithm at which fewer will do
+/// logarithm at which fewer will do @param refinements how often the steps of the draws were halved since these were
+/// drawn with other steps: the same Brownian paths
 ImportanceEstimate sample_shape(const CohortModel& cohort, int shape, const posterior::Specimen::Model& model,
-                                const posterior::LinearModel& chord, int samples, double enough, DrawStarts& starts);
+                                const posterior::LinearModel& chord, int samples, double enough, DrawStarts& starts,
+                                int refinements = 0);
 
 /// The evidence of all shapes with the same random numbers at any x.
 struct SampledCohort {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "core/factorisations.hpp"
 #include "core/undefined.hpp"
@@ -32,20 +31,6 @@ struct Order {
 };
 constexpr Order kOfAdditive{}, kOfOthers{2, 0.5};
 
-// An increment in two halves, whose difference is `normals`.
-VectorXd refined(const Specimen& specimen, const VectorXd& z, const VectorXd& normals) {
-  VectorXd fine(2 * z.size() - specimen.momentum_unknowns());
-  fine.head(specimen.momentum_unknowns()) = z.head(specimen.momentum_unknowns());
-  const Index channels = specimen.channels();
-  for (Index to = specimen.momentum_unknowns(), from = to; channels > 0 && from < z.size(); from += channels) {
-    const auto whole = z.segment(from, channels), apart = normals.segment(from, channels);
-    fine.segment(to, channels) = (whole + apart) / std::numbers::sqrt2;
-    fine.segment(to + channels, channels) = (whole - apart) / std::numbers::sqrt2;
-    to += 2 * channels;
-  }
-  return fine;
-}
-
 Estimate of_specimen(const ChainSetting& setting, const ThetaPoint& theta, std::size_t s, const Specimen& finer,
                      std::int64_t draws) {
   const Specimen& specimen = setting.specimens[s];
@@ -67,8 +52,8 @@ Estimate of_specimen(const ChainSetting& setting, const ThetaPoint& theta, std::
           drawn(setting.seed, kRefinements, number, kind + 1, specimen.unknowns() + specimen.data()));
       of_prior[i] = log_weights[static_cast<Index>(component)] - often[static_cast<Index>(component)] -
                     log_mixture_of(setting, s, theta, 1, z.col(i)).value;
-      halved.col(i) =
-          refined(specimen, z.col(i), drawn(setting.seed, kRefinements, number, kind + 2, specimen.unknowns()));
+      halved.col(i) = posterior::refined(specimen, z.col(i),
+                                         drawn(setting.seed, kRefinements, number, kind + 2, specimen.unknowns()));
     }
     coarse.segment(first, count) = of_prior + with_these.log_likelihoods(with_these.ends(z));
     fine.segment(first, count) = of_prior + with_finer.log_likelihoods(with_finer.ends(halved));

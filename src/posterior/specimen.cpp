@@ -265,4 +265,17 @@ Specimen::Slopes Specimen::slopes(const Model& model, const Shot& shot) const {
   return slopes;
 }
 
+VectorXd refined(const Specimen& specimen, const VectorXd& z, const VectorXd& normals) {
+  VectorXd fine(2 * z.size() - specimen.momentum_unknowns());
+  fine.head(specimen.momentum_unknowns()) = z.head(specimen.momentum_unknowns());
+  const Index channels = specimen.channels();
+  for (Index to = specimen.momentum_unknowns(), from = to; channels > 0 && from < z.size(); from += channels) {
+    const auto whole = z.segment(from, channels), apart = normals.segment(from, channels);
+    fine.segment(to, channels) = (whole + apart) / std::numbers::sqrt2;
+    fine.segment(to + channels, channels) = (whole - apart) / std::numbers::sqrt2;
+    to += 2 * channels;
+  }
+  return fine;
+}
+
 }  // namespace pulson::posterior

@@ -125,4 +125,8 @@ class Specimen {
   std::shared_ptr<const Eigen::MatrixXd> reference_root_;
 };
 
+/// The same Brownian path with twice as many steps: each increment in two halves, whose difference is `normals`.
+/// @param z of the specimen with few steps or with many @param normals as many; those of the momenta are not read
+Eigen::VectorXd refined(const Specimen& specimen, const Eigen::VectorXd& z, const Eigen::VectorXd& normals);
+
 }  // namespace pulson::posterior

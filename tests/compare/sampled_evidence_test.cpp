@@ -55,7 +55,7 @@ TEST(SampledEvidenceOfAComparison, RanksTheModels) {
   EXPECT_EQ(comparison.best, 1U);
   for (const ComparedModel& model : comparison.models) {
     ASSERT_TRUE(model.fit.sampled.has_value());
-    EXPECT_EQ(model.fit.log_evidence, model.fit.sampled->total.value);
+    EXPECT_EQ(model.fit.log_evidence, model.fit.sampled->total.value + model.fit.step_error.value);
     EXPECT_EQ(model.score, model.fit.score());
     EXPECT_NE(model.fit.log_evidence, model.fit.laplace);
   }

@@ -17,6 +17,7 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 class CompareProgram : public Program {
  protected:
@@ -134,6 +135,24 @@ TEST_F(CompareProgram, TakesTheEndsOfClosedOutlinesAsOne) {
   const ProgramRun merged = compare("a.csv b.csv --merge-coincident" + options);
   ASSERT_EQ(merged.exit_code, 0) << merged.err;
   EXPECT_EQ(read_json("out/comparison.json")["coordinates"], 8);
+}
+
+TEST_F(CompareProgram, SaysWhatItsStepsLackAndWarnsOfFew) {
+  write_shapes(6);
+  const std::string options = " --noise none --folds 0 --no-maps --no-picture ";
+  const ProgramRun done = compare("shapes.csv -o out --sigma 0.01 --steps 4 --noise ch-sd:beta=fit" + options);
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out,
+              AllOf(HasSubstr("variational-2 in 4 steps"), HasSubstr("steps      log evidences are corrected by ")));
+  EXPECT_THAT(done.err, Not(HasSubstr("warning: the steps")));
+  const nlohmann::json recorded = read_json("out/comparison.json");
+  EXPECT_LT(std::abs(recorded["models"][0]["step_error"].get<double>()), 0.01);
+  EXPECT_EQ(recorded["verdict"]["steps"], "");
+  EXPECT_THAT(contents("out/models.csv"), HasSubstr(",step_error,step_error_error,difference_step_error,"));
+  const std::string leaves = (std::filesystem::path(PULSON_SOURCE_DIR) / "sample_shapes" / "leaves.tps").string();
+  const ProgramRun of_few = compare(leaves + " -o far --sigma 0.5 --steps 1" + options);
+  EXPECT_THAT(of_few.err, AllOf(HasSubstr("warning: the steps are too long"), HasSubstr("take --steps 4")));
+  EXPECT_GT(std::abs(read_json("far/comparison.json")["models"][0]["step_error"].get<double>()), 2);
 }
 
 TEST_F(CompareProgram, CountsHowOftenTheRightModelIsChosen) {

@@ -84,6 +84,7 @@ struct ShapeFit {
   double log_evidence = 0;      ///< by importance sampling, or Laplace's where no samples were drawn
   double laplace = 0;           ///< by Laplace's approximation
   double variance = 0;          ///< of log_evidence, by the samples
+  Eigen::VectorXd log_sets;     ///< of the samples: log of the mean weight of each set that differs in signs alone
   int samples = 0;
   double effective_samples = 0;
   int lost_samples = 0;  ///< those without a path, of weight 0
@@ -112,6 +113,7 @@ struct CohortFit {
   double log_evidence = 0, laplace = 0;      ///< summed over the shapes, and of_own_mean
   double of_own_mean = 0;                    ///< what integrating over the mean adds, where the source is that
   double sampling_error = 0;                 ///< standard error of the first by the samples
+  Estimate step_error{};                     ///< what a comparison added for the limit of fine steps
   double effective_part = 1;                 ///< smallest effective fraction of the samples over the shapes
   std::optional<SampledEvidence> sampled{};  ///< where it was asked for: then log_evidence is that
   int coordinates = 0;                       ///< n, summed over the shapes

@@ -139,6 +139,13 @@ struct Comparison {
   Eigen::VectorXd observed, observed_error;
   std::vector<std::string> notes;  ///< what a user should know, a line each
   std::optional<SigmaProfile> profile{};
+
+  /// CohortFit::step_error of a model less that of the best, which the difference of their scores has been corrected
+  /// by.
+  double step_error(const ComparedModel& model) const;
+  /// With how many steps the corrections would be small enough to be right, and what they may leave, half of
+  /// step_error(), would not change which model is the best and which are behind; none where these do.
+  std::optional<int> steps_wanted() const;
 };
 
 /// Fits every noise model to the same shapes with the same kernel and σ, and ranks them by score(): the log-evidence

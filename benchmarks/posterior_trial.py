@@ -8,7 +8,8 @@ posterior of each is computed here by importance sampling with the integrator an
 mixture that is fitted to tempered posteriors one after the other, with the prior as a tenth of it. Then every method runs
 with default chains, and log p(y) and the means of p0, q(T/2) and q(T) are compared in units of the combined error.
 The table has, for each method, the runs, those called converged, and those of these that are wrong by more than 3 errors
-in log p(y), or in one of the means by more than is exceeded by chance in 0.3 % of runs. FOLDER keeps what is done.
+in log p(y), or in one of the means by more than is exceeded by chance in 0.3 % of runs. Below it stands how many of the
+runs' confirmations agree with this program's log p(y). FOLDER keeps what is done.
 """
 import argparse
 import concurrent.futures
@@ -349,6 +350,7 @@ def main():
                 print(f"{name:18} log p(y) = {x['log_evidence']:.4f} ± {x['error']:.4f}, effective {x['effective']:.0f} of"
                       f" {x['draws']}, largest {x['largest']:.2g}, power {x['power']:.3g}", flush=True)
         counts = {m: dict(runs=0, converged=0, wrong=0, errors=[]) for m in methods}
+        confirmations = {}
         for (name, m, s), future in runs.items():
             summary, count = future.result(), counts[m]
             count["runs"] += 1
@@ -357,6 +359,11 @@ def main():
                 continue
             of_evidence, others = comparisons(summary, true[name].result())
             allowed = -statistics.NormalDist().inv_cdf(0.0015 / max(1, len(others)))
+            if summary["confirmation"]:
+                found, kind = summary["confirmation"]["log_evidence"], summary["confirmation"]["by"]
+                both = math.hypot(found["standard_error"], math.hypot(*(x["error"] for x in true[name].result())))
+                away = (found["value"] - sum(x["log_evidence"] for x in true[name].result())) / both
+                confirmations.setdefault(kind, []).append((abs(away), name, found["standard_error"]))
             most, label = max(((abs(x), what) for x, what in others), default=(0, ""))
             wrong = not abs(of_evidence) <= 3 or most > allowed
             evidence = summary["log_evidence"]
@@ -373,6 +380,10 @@ def main():
     for m, count in counts.items():
         middle = f"{statistics.median(count['errors']):.3f}" if count["errors"] else ""
         print(f"| `{m}` | {count['runs']} | {count['converged']} | {count['wrong']} | {middle} |")
+    for kind, found in confirmations.items():
+        print(f"\n{kind}: {sum(away <= 3 for away, _, _ in found)} of {len(found)} within 3 errors of log p(y), median error"
+              f" {statistics.median(error for _, _, error in found):.3f}; furthest: "
+              + ", ".join(f"{name} {away:.1f}" for away, name, _ in sorted(found)[:-4:-1]))
 
 
 if __name__ == "__main__":

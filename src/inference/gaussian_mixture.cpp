@@ -14,11 +14,11 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kOfPriorLaw = 0.1;
+constexpr double kOfPriorLaw = 0.1, kOfAll = 0.1;
 constexpr Index kClusters = 10;
 constexpr int kTurnsOfClusters = 8;
 // Covariances are larger than those of the points, as weights of a proposal that is too narrow have no bound.
-constexpr double kLawInflation = 1.3;
+constexpr double kLawInflation = 1.3, kInflationOfAll = 2;
 constexpr double kLeastVariance = 1e-10;  // of unknowns whose variance a priori is 1
 
 MatrixXd covariance_of(const MatrixXd& points, const ArrayXd& weights, const VectorXd& centre) {
@@ -66,7 +66,8 @@ std::vector<Index> clusters_of(const MatrixXd& points, const ArrayXd& weights) {
 GaussianMixture::GaussianMixture(const MatrixXd& points, const ArrayXd& weights) {
   const Index unknowns = points.rows();
   const MatrixXd least = kLeastVariance * MatrixXd::Identity(unknowns, unknowns);
-  const MatrixXd overall = covariance_of(points, weights, points * weights.matrix()) + least;
+  const VectorXd mean = points * weights.matrix();
+  const MatrixXd overall = covariance_of(points, weights, mean) + least;
   const MatrixXd white = Eigen::LLT<MatrixXd>(overall).matrixL().solve(points);
   const std::vector<Index> nearest = clusters_of(white, weights);
   std::vector<std::vector<Index>> members(kClusters);
@@ -84,10 +85,13 @@ GaussianMixture::GaussianMixture(const MatrixXd& points, const ArrayXd& weights)
     const MatrixXd covariance =
         kLawInflation * ((1 - shrink) * covariance_of(there, mine, centre) + shrink * overall) + least;
     const MatrixXd root = Eigen::LLT<MatrixXd>(covariance).matrixL();
-    const double weight = (1 - kOfPriorLaw) * sum;
+    const double weight = (1 - kOfPriorLaw - kOfAll) * sum;
     rest -= weight;
     laws_.push_back({std::log(weight), centre, root, root.diagonal().array().log().sum()});
   }
+  const MatrixXd root = Eigen::LLT<MatrixXd>(kInflationOfAll * overall).matrixL();
+  laws_.push_back({std::log(kOfAll), mean, root, root.diagonal().array().log().sum()});
+  rest -= kOfAll;
   laws_.push_back({std::log(rest), VectorXd::Zero(unknowns), MatrixXd::Identity(unknowns, unknowns), 0});
 }
 

@@ -7,8 +7,8 @@
 
 namespace pulson::inference {
 
-/// Gaussian laws about clusters of weighted points of the unknowns, and their prior N(0, I) as a tenth: proposals for a
-/// posterior of several minima and of bent tails.
+/// Gaussian laws about clusters of weighted points of the unknowns, a wide one of all of them as a tenth, and their
+/// prior N(0, I) as another: proposals for a posterior of several minima and of bent tails.
 class GaussianMixture {
  public:
   /// @param points a column each @param weights of them, not all 0; their sum is 1

@@ -185,7 +185,9 @@ class AdaptedDraws {
     int settled = 0;
     for (int stage = 0; stage < stages_; ++stage) {
       const Stage draws = draw_stage(stage);
-      if (power == 1 && ++settled == kSettled) return true;
+      if (power == 1 && ++settled >= kSettled &&
+          effective_count(draws.weights(1)) >= kManyOfStage * static_cast<double>(draws.of_prior.size()))
+        return true;
       power = std::max(power, next_power(draws));
       const ArrayXd weights = draws.weights(power);
       if (weights.sum() == 0) return false;  // no draw has a path
@@ -208,7 +210,8 @@ class AdaptedDraws {
   static constexpr Index kMostUnknowns = 400, kMostDirections = 40;
   static constexpr int kUsualStages = 12, kMostStages = 30, kSettled = 3;
   static constexpr std::int64_t kFewestOfStage = 4096, kMostOfStage = 16384;
-  static constexpr double kEffectiveOfStage = 0.03;
+  // Effective draws, of all of a stage: those of the next power, and those at which a mixture is good enough.
+  static constexpr double kEffectiveOfStage = 0.03, kManyOfStage = 0.1;
   static constexpr Index kSlopes = 32;     // of draws of a stage
   static constexpr double kUnseen = 0.05;  // of |Jz|² in the other directions, in units of σ²
   static constexpr std::uint64_t kAdaptation = 3ULL << 21U;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -153,6 +154,31 @@ TEST_F(CompareProgram, SaysWhatItsStepsLackAndWarnsOfFew) {
   const ProgramRun of_few = compare(leaves + " -o far --sigma 0.5 --steps 1" + options);
   EXPECT_THAT(of_few.err, AllOf(HasSubstr("warning: the steps are too long"), HasSubstr("take --steps 4")));
   EXPECT_GT(std::abs(read_json("far/comparison.json")["models"][0]["step_error"].get<double>()), 2);
+}
+
+// A ring that bends smoothly, with less than a hundredth of independent variation: constant ch-sd is like sigma.
+TEST_F(CompareProgram, SaysThatConstantNoiseIsHiddenInAFittedSigma) {
+  std::string text = "specimen,landmark,x,y\n";
+  for (int s = 0; s < 8; ++s)
+    for (int k = 0; k < 6; ++k) {
+      const double x = std::cos(k * M_PI / 3), y = std::sin(k * M_PI / 3);
+      const double wider = 0.12 * std::sin(2.1 * s + 0.3);
+      const double u = x * (1 + wider) + 0.1 * std::cos(1.3 * s) * x * y + 0.01 * std::sin(12.9 * k + 78.2 * s);
+      const double v =
+          y * (1 - wider) + 0.08 * std::sin(3.7 * s + 1) * (x * x - y * y) + 0.01 * std::sin(39.3 * k + 11.1 * s);
+      text += fmt::format("s{},{},{:.5f},{:.5f}\n", s, k + 1, u, v);
+    }
+  write("ring.csv", text);
+  const std::string line =
+      "ring.csv --noise none --noise ch-sd:beta=fit --kernel gaussian:alpha=1.5 --no-picture --folds 0 --no-maps -o ";
+  const ProgramRun fitted = compare(line + "fitted");
+  ASSERT_EQ(fitted.exit_code, 0) << fitted.err;
+  EXPECT_THAT(fitted.out,
+              HasSubstr("verdict    no noise is found, but ch-sd has the effect of sigma, which is fitted"));
+  EXPECT_THAT(fitted.err, HasSubstr("note: ch-sd: beta has the same effect as sigma"));
+  const ProgramRun known = compare(line + "known --sigma 0.01");
+  ASSERT_EQ(known.exit_code, 0) << known.err;
+  EXPECT_THAT(known.out, AllOf(HasSubstr("verdict    "), Not(HasSubstr("effect of sigma"))));
 }
 
 TEST_F(CompareProgram, CountsHowOftenTheRightModelIsChosen) {

@@ -69,6 +69,7 @@ TEST(EnsembleCheckpoint, IsReadBackToTheSameBits) {
 TEST(EnsembleCheckpoint, KeepsEveryFieldWhateverItIs) {
   EnsembleRun run = run_after(full_example(), 1);
   ensemble::EnsembleSums& sums = run.sums;
+  sums.samples = std::int64_t{1} << 41U;
   sums.paths = {std::int64_t{1} << 40U, 2, 3, 4};
   sums.crossing = {5, 6, {7, 8, std::int64_t{1} << 41U}};
   sums.momentum_error = 5e-324;
@@ -81,6 +82,22 @@ TEST(EnsembleCheckpoint, KeepsEveryFieldWhateverItIs) {
   sums.histograms[1][3].counts[511] = std::uint64_t{1} << 40U;
   sums.histograms[1][0].smallest = std::numeric_limits<double>::infinity();
   expect_same_bits(read_ensemble_checkpoint(run, ensemble_checkpoint(run), "x"), sums);
+}
+
+TEST(EnsembleCheckpoint, OfMoreThanThereArePathsIsDamaged) {
+  const std::vector<std::function<void(ensemble::EnsembleSums&)>> changes = {
+      [](ensemble::EnsembleSums& sums) { sums.paths.tie = sums.samples + 1; },
+      [](ensemble::EnsembleSums& sums) { sums.crossing.at_end = sums.samples + 1; },
+      [](ensemble::EnsembleSums& sums) { sums.crossing.ever = -1; },
+      [](ensemble::EnsembleSums& sums) { sums.crossing.pairs[2] = std::int64_t{1} << 52U; },
+      [](ensemble::EnsembleSums& sums) {
+        sums.histograms[1][3].counts[5] = static_cast<std::uint64_t>(sums.samples) + 1;
+      }};
+  for (const auto& change : changes) {
+    EnsembleRun run = run_after(full_example(), 1);
+    change(run.sums);
+    EXPECT_THROW(read_ensemble_checkpoint(run, ensemble_checkpoint(run), "x"), InputError);
+  }
 }
 
 struct Change {

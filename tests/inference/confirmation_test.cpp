@@ -161,7 +161,7 @@ ImportanceEstimate weighted_draws(const PosteriorProblem& problem, std::int64_t 
 }
 
 TEST(WeightedDraws, HaveTheEvidenceAndMeansOfThePriorsDraws) {
-  for (const std::size_t of : {1U, 2U}) {
+  for (const std::size_t of : {1U, 2U, 3U}) {
     const ImportanceEstimate found = weighted_draws(problem_of(bent_problems()[of]), 200000);
     EXPECT_NEAR(found.log_evidence.value, exact(of).log_evidence.value,
                 4 * std::hypot(found.log_evidence.standard_error, exact(of).log_evidence.standard_error));

@@ -31,9 +31,8 @@ html::ReportTable evidence_table(const std::vector<ModelRow>& rows) {
       rows,
       "Evidence. A score is the log evidence minus (k/2) log n for k fitted numbers and n shapes, in nats, relative to "
       "the best model; p is the probability of as much evidence for noise where there is none; Laplace is Laplace's "
-      "approximation of the log evidence. The step error is what these steps lack of the limit of fine steps, which "
-      "was "
-      "added. Errors are standard errors.");
+      "approximation of the log evidence. The step error is what these steps lack of the limit of fine steps: the log "
+      "evidence and the score have it added. Errors are standard errors.");
 }
 
 html::ReportTable numbers_table(const std::vector<ModelRow>& rows) {
@@ -107,9 +106,8 @@ html::HtmlReport comparison_report(const compare::Comparison& comparison, const 
   html::ReportSection verdict{"The verdict", {}};
   for (const std::string& sentence : four_sentences(comparison))
     verdict.blocks.emplace_back(html::ReportParagraph{sentence});
-  verdict.blocks.emplace_back(html::ReportParagraph{
-      as_title(steps_warning(comparison).empty() ? "steps: " + steps_words(comparison) : steps_warning(comparison)) +
-      "."});
+  if (const std::string steps = steps_warning(comparison); !steps.empty())
+    verdict.blocks.emplace_back(html::ReportParagraph{as_title(steps) + "."});
   report.sections.push_back(std::move(verdict));
   html::ReportSection models{"Models", {}};
   const std::vector<ModelRow> rows = ranked_rows(comparison);

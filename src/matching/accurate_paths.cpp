@@ -28,12 +28,11 @@ std::vector<Points> momenta_of_halves(const DiscretePath& path) {
 }
 
 // Whether the same path in twice as many steps has the same energy, Σ p·δq − Δt ½ p·A(q̄)p at the greatest, of which
-// interpolated momenta are next to. Too few steps to tell are not refined, nor are paths on a line whose landmarks keep
-// their velocities: these pass each other elsewhere than at the nodes, and the search in twice as many steps would
-// begin far off.
-bool is_accurate(const MatchingProblem& problem, const PathSolution& solution) {
+// interpolated momenta are next to. Too few steps to tell are not refined, nor are searches on a line whose cost
+// settled while the gradient did not vanish: where landmarks meet within steps, twice as many change the path.
+bool is_accurate(const MatchingProblem& problem, const MinimiseOptions& options, const PathSolution& solution) {
   const DiscretePath& path = solution.path;
-  if (path.grid.steps < 3 || path.keeps_velocities) return true;
+  if (path.grid.steps < 3 || solution.relative_gradient > options.gradient_tolerance) return true;
   const EffectiveHamiltonian system(problem.system, problem.lambda);
   const std::vector<Points> nodes = resampled(path.nodes, 2 * path.grid.steps);
   const std::vector<Points> momenta = momenta_of_halves(path);
@@ -61,16 +60,31 @@ StepFields in_halves(const StepFields& fields) {
   return finer;
 }
 
+// On a line from the same nodes, since landmarks that pass each other leave the fields.
+PathSolution continued(const MatchingProblem& finer, const MinimiseOptions& options, const PathSolution& found) {
+  if (found.path.keeps_velocities) {
+    auto path =
+        along({finer.system, finer.lambda}, finer.grid, resampled(found.path.nodes, finer.grid.steps), nullptr, true);
+    if (path) return continue_path(finer, options, std::move(*path), Finish::kRoundOff);
+  }
+  const StepFields fields = in_halves(found.fields);
+  return search_paths(finer, options, &fields);
+}
+
 }  // namespace
 
 PathSolution search_accurate_paths(const MatchingProblem& problem, const MinimiseOptions& options,
                                    const StepFields* start) {
-  PathSolution found = start == nullptr ? search_globally(problem, options) : search_paths(problem, options, start);
+  return in_enough_steps(problem, options,
+                         start == nullptr ? search_globally(problem, options) : search_paths(problem, options, start));
+}
+
+PathSolution in_enough_steps(const MatchingProblem& problem, const MinimiseOptions& options, PathSolution found) {
   MatchingProblem finer = problem;
-  while (found.converged && finer.grid.steps < kMostSteps * problem.grid.steps && !is_accurate(problem, found)) {
+  while (found.converged && finer.grid.steps < kMostSteps * problem.grid.steps &&
+         !is_accurate(problem, options, found)) {
     finer.grid.steps *= 2;
-    const StepFields fields = in_halves(found.fields);
-    PathSolution next = search_paths(finer, options, &fields);
+    PathSolution next = continued(finer, options, found);
     if (!next.converged) break;  // or interrupted
     next.iterations += found.iterations;
     next.evaluations += found.evaluations;

@@ -14,4 +14,7 @@ constexpr int kMostSteps = 8;
 PathSolution search_accurate_paths(const MatchingProblem& problem, const MinimiseOptions& options,
                                    const StepFields* start = nullptr);
 
+/// The same from what a search found.
+PathSolution in_enough_steps(const MatchingProblem& problem, const MinimiseOptions& options, PathSolution found);
+
 }  // namespace pulson::matching

@@ -32,8 +32,8 @@ double regularisation(const KernelOperator& kernel);
 /// many landmarks.
 bool sweeps_along_line(const KernelOperator& kernel, const NoiseCometric& noise, const Points& q);
 
-/// Whether that is so, and the noise moves each landmark.
-bool moves_each_along_line(const KernelOperator& kernel, const NoiseCometric& noise, const Points& q);
+/// Whether noise moves each landmark on a line, by itself.
+bool moves_each_along_line(const NoiseCometric& noise, const Points& q);
 
 /// The cometric A(q) = K(q) + λ Σ_i h_i,p h_i,pᵀ + εK(0) of H_tot = ½ p·A(q)p, and its Cholesky factors, or its
 /// sweeps along a line.

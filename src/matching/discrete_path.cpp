@@ -58,8 +58,12 @@ double least_determinant(const MatrixXd& gradients, double dt, Index d) {
 
 }  // namespace
 
+bool searched_by_sweeps(const KernelOperator& kernel, const NoiseCometric& noise, const Points& q) {
+  return sweeps_along_line(kernel, noise, q) && moves_each_along_line(noise, q);
+}
+
 std::optional<DiscretePath> along(const EffectiveHamiltonian& system, const TimeGrid& grid, std::vector<Points> nodes,
-                                  const NoiseCometric* known) {
+                                  const NoiseCometric* known, bool keeps_velocities) {
   const NoiseModel& noise = *system.system().noise;
   const NoiseCometric constant = known != nullptr ? *known : noise_cometric(noise, nodes.front());
   const bool varies = !noise.traits().additive;
@@ -67,7 +71,7 @@ std::optional<DiscretePath> along(const EffectiveHamiltonian& system, const Time
   std::vector<std::optional<Cometric>> cometrics(steps);
   std::vector<char> regular(steps);
   DiscretePath path{grid, std::move(nodes), std::vector<PhaseState>(steps), {}, std::vector<MatrixXd>(steps), 0};
-  path.keeps_velocities = moves_each_along_line(system.system().kernel, constant, path.nodes.front());
+  path.keeps_velocities = keeps_velocities || searched_by_sweeps(system.system().kernel, constant, path.nodes.front());
   parallel_for(grid.steps, [&](int step) {
     const auto k = static_cast<std::size_t>(step);
     const Points middle = 0.5 * (path.nodes[k] + path.nodes[k + 1]);

@@ -40,11 +40,15 @@ struct DiscretePath {
   const Points& end() const { return nodes.back(); }
 };
 
+/// Whether each of so many landmarks on a line has noise that sweeps solve: see keeps_velocities.
+bool searched_by_sweeps(const KernelOperator& kernel, const NoiseCometric& noise, const Points& q);
+
 /// The momenta of a path that is given by its nodes; empty where the cometric of a step is singular, or where its
 /// fields nearly turn space over in a step, so that the midpoint rule soon has no single root.
 /// @param constant of noise that is additive, where it is known already
+/// @param keeps_velocities of the path; that of sweeps along a line where each landmark has noise does in any case
 std::optional<DiscretePath> along(const EffectiveHamiltonian& system, const TimeGrid& grid, std::vector<Points> nodes,
-                                  const NoiseCometric* constant = nullptr);
+                                  const NoiseCometric* constant = nullptr, bool keeps_velocities = false);
 
 /// What momenta make each landmark do by itself: εK(0)p, see regularisation(), and where noise moves a landmark by
 /// where others are, so that it has no field over space, what the controls λh(q, p) make it do.

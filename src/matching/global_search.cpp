@@ -119,7 +119,7 @@ class GlobalSearch {
   // followed from where there is one minimum already.
   bool has_several() const {
     const NoiseCometric noise = noise_cometric(*problem_.system.noise, problem_.source);
-    if (moves_each_along_line(problem_.system.kernel, noise, problem_.source)) return false;
+    if (searched_by_sweeps(problem_.system.kernel, noise, problem_.source)) return false;
     return problem_.data->landmarks() != nullptr &&
            (problem_.source.rows() > 1 || problem_.system.noise->traits().moves_positions());
   }

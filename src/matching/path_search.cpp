@@ -46,6 +46,7 @@ constexpr int kMostProducts = 40;
 // a Gauss–Newton model, these.
 constexpr int kMostPolish = 10;
 constexpr const char* kFlat = "the gradient vanishes";
+constexpr const char* kCostSettled = "the cost has settled";
 // Where landmarks on a line change their order, J bends wherever two of them meet in the middle of a step, and the
 // gradient hardly vanishes: then the search ends where so many iterations lower J by less than the tolerance.
 constexpr std::size_t kSettlingIterations = 8;
@@ -118,7 +119,7 @@ class PathSearch {
 
   // The path through nodes, if its cost is a number.
   std::optional<DiscretePath> measured(std::vector<Points> nodes) const {
-    std::optional<DiscretePath> path = along(system_, problem_.grid, std::move(nodes), &noise_);
+    std::optional<DiscretePath> path = along(system_, problem_.grid, std::move(nodes), &noise_, path_.keeps_velocities);
     if (path && !std::isfinite(cost(*path))) return std::nullopt;
     return path;
   }
@@ -192,7 +193,7 @@ class PathSearch {
       if (problem_.lambda * total < kNegligibleCost)
         stop(true, "the cost vanishes");
       else if (has_settled(total))
-        stop(true, "the cost has settled");
+        stop(true, kCostSettled);
       else if (is_flat() && (++flat_ > kMostPolish || is_enough()))
         stop(true, kFlat);
       else if (iterations_ >= options_.max_iterations)
@@ -336,7 +337,12 @@ class PathSearch {
         return true;
       }
     }
-    stop(is_flat(), is_flat() ? kFlat : "no step lowers the cost by more than round-off");
+    if (is_flat())
+      stop(true, kFlat);
+    else if (path_.keeps_velocities && sigma_inflation_ == 1)
+      stop(true, kCostSettled);
+    else
+      stop(false, "no step lowers the cost by more than round-off");
     return false;
   }
 
@@ -428,7 +434,7 @@ PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions&
   check(problem);
   const Points& q0 = problem.source;
   if (!problem.system.noise->traits().moves_positions()) require_distinct(q0);
-  if (start == nullptr && moves_each_along_line(problem.system.kernel, noise_cometric(*problem.system.noise, q0), q0) &&
+  if (start == nullptr && searched_by_sweeps(problem.system.kernel, noise_cometric(*problem.system.noise, q0), q0) &&
       problem.data->value(q0) >= kNegligibleCost)
     return search_from_much_noise(problem, options, finish);
   if (q0.cols() <= 2 * kFewLandmarks || !can_be_subsampled(problem))

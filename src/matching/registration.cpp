@@ -12,6 +12,7 @@
 #include "dynamics/effective_hamiltonian.hpp"
 #include "geodesic_search.hpp"
 #include "global_search.hpp"
+#include "noise_homotopy.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/parallel.hpp"
@@ -214,14 +215,29 @@ PathSolution search_curves(const MatchingProblem& problem, const std::shared_ptr
   return found;
 }
 
+// On a line the fields of a narrow kernel do not let landmarks pass each other in a step; velocities do.
+void let_pass_on_line(const MatchingProblem& problem, const MinimiseOptions& how, bool more_steps,
+                      PathSolution& found) {
+  if (found.converged || found.path.keeps_velocities || problem.data->landmarks() == nullptr || how.is_interrupted() ||
+      !moves_each_along_line(noise_cometric(*problem.system.noise, problem.source), problem.source))
+    return;
+  PathSolution passing = search_from_much_noise(problem, how, Finish::kRoundOff);
+  if (!(passing.cost.total() < found.cost.total())) return;
+  passing.iterations += found.iterations;
+  passing.evaluations += found.evaluations;
+  found = more_steps ? in_enough_steps(problem, how, std::move(passing)) : std::move(passing);
+  found.minima = {{found.cost.total(), 1, 0}};
+}
+
 void record_paths(const RegistrationProblem& of, const MinimiseOptions& how, bool more_steps,
                   const std::vector<Points>& near, Registration& registration) {
   const MatchingProblem& problem = of.matching;
   if (registration.integrator == "rk4") return record_geodesic(problem, how, more_steps, near, registration);
-  const PathSolution found = of.coarse_data  ? search_curves(problem, of.coarse_data, how, more_steps)
-                             : more_steps    ? search_accurate_paths(problem, how)
-                             : !near.empty() ? search_near(problem, how, near)
-                                             : search_globally(problem, how);
+  PathSolution found = of.coarse_data  ? search_curves(problem, of.coarse_data, how, more_steps)
+                       : more_steps    ? search_accurate_paths(problem, how)
+                       : !near.empty() ? search_near(problem, how, near)
+                                       : search_globally(problem, how);
+  let_pass_on_line(problem, how, more_steps, found);
   record_search(found, registration);
   registration.grid = found.path.grid;
   registration.increments = found.increments;

@@ -26,6 +26,23 @@ TEST(AccuratePaths, KeepTheStepsThatAreEnough) {
   EXPECT_NEAR(straight.cost.total(), swap_cost(2, 1), kAccurate * swap_cost(2, 1));
 }
 
+// Pairs so far apart that each changes places by itself; so many are solved by sweeps.
+TEST(AccuratePaths, TakeAsManyAlongALine) {
+  constexpr int kPairs = 32;
+  const auto pairs = [](int count) {
+    PathMatch match{Points(1, 2 * count), Points(1, 2 * count), "matern32:alpha=1", ch_sd(0.2), {1, kSteps}};
+    for (int i = 0; i < count; ++i) {
+      match.source.middleCols(2 * i, 2) << 100 * i, 100 * i + 1;
+      match.target.middleCols(2 * i, 2) << 100 * i + 1, 100 * i;
+    }
+    return search_accurate_paths(match.problem(), {});
+  };
+  const PathSolution one = pairs(1), all = pairs(kPairs);
+  EXPECT_GT(one.path.grid.steps, kSteps);
+  EXPECT_EQ(all.path.grid.steps, one.path.grid.steps);
+  EXPECT_NEAR(all.cost.total(), kPairs * one.cost.total(), 1e-6 * all.cost.total());
+}
+
 // The searches for minima take the steps of the grid, the path that is recorded more.
 TEST(AccuratePaths, MinimaAreInProportionToTheRecordedCost) {
   const Points source{{0, 1}, {0, 0}}, target{{1, 0}, {0.1, 0.1}};

@@ -103,7 +103,7 @@ TEST(CometricAlongLine, IsThatOfTheDenseMatrix) {
 // The second derivatives of the cost by sweeps over all steps, and of the same kernel as a sum of two halves by pairs;
 // and without noise, so that both models have the same fields, what they solve.
 TEST(PathModelAlongLine, IsThatOfPairs) {
-  for (const char* kernel : {"peakon:alpha=0.8", "matern32:alpha=0.8"}) {
+  for (const char* kernel : {"peakon:alpha=0.8", "matern32:alpha=0.8", "matern52:alpha=0.8"}) {
     for (const char* noise : {"none", "ch-sd:beta=0.3", "ch-sd-screened:beta=0.3,gamma=0.8"}) {
       constexpr int kNodes = 9;
       PathMatch match{moving_places(1).transpose(), {}, kernel, noise, {1, kNodes}, 0.1, 1.3};
@@ -188,7 +188,7 @@ double cost_of_nodes(const Registration& found, double beta) {
 // Markers much closer than the kernel is wide, a run of which is in reverse order: fields in space are too steep for
 // steps there, and the search must still match them.
 TEST(RegistrationAlongLine, MatchesARunInReverseOrder) {
-  for (const char* kernel : {"matern32:alpha=2", "peakon:alpha=2"}) {
+  for (const char* kernel : {"matern32:alpha=2", "matern52:alpha=2", "peakon:alpha=2"}) {
     Landmarks source, target;
     source.points.resize(1, kMarkers);
     for (Index a = 0; a < kMarkers; ++a)
@@ -208,6 +208,28 @@ TEST(RegistrationAlongLine, MatchesARunInReverseOrder) {
     EXPECT_LT(found.cost.total(), 0.05 * most) << kernel;
     EXPECT_LT(found.rms(), 0.1 * found.sigma) << kernel;
     EXPECT_NEAR(found.cost.total(), cost_of_nodes(found, beta), 1e-7 * found.cost.total()) << kernel;
+  }
+}
+
+// Few landmarks, far apart in widths of the kernel, of which six are reversed: fields do not let them pass.
+TEST(RegistrationAlongLine, ReversesFewLandmarksOfANarrowKernel) {
+  Landmarks source, target;
+  source.points.resize(1, 12);
+  for (int a = 0; a < 12; ++a) source.points(a) = a + 0.3 * std::sin(7.0 * a);
+  target.points = source.points.array() + 5;
+  target.points.middleCols(3, 6).rowwise().reverseInPlace();
+  RegistrationOptions options;
+  options.noise = "ch-sd:beta=0.3";
+  options.sigma = Length(0.05);
+  options.align = AlignmentKind::kNone;
+  options.lambda = 1e-3;
+  options.grid = {1, 20};
+  for (const char* kernel : {"peakon:alpha=0.3", "matern32:alpha=0.3", "gaussian:alpha=0.3"}) {
+    options.kernel = kernel;
+    const Registration found = register_shapes(source, target, options);
+    EXPECT_TRUE(found.converged) << kernel;
+    EXPECT_LT(found.rms(), 0.1 * found.sigma) << kernel;
+    EXPECT_NEAR(found.cost.total(), cost_of_nodes(found, 0.3), 1e-7 * found.cost.total()) << kernel;
   }
 }
 

@@ -1,6 +1,7 @@
 #include "implicit_step.hpp"
 #include "integrators/schemes.hpp"
 #include "pulson/core/parallel.hpp"
+#include "variational_parts.hpp"
 
 namespace pulson {
 namespace {
@@ -100,6 +101,21 @@ Integrator::StepBar RungeKuttaIntegrator::do_adjoint(const Step& step, const Pha
     bar.start = bar.start + at_bar[i];
   }
   return bar;
+}
+
+EndpointJacobian RungeKuttaIntegrator::endpoint_jacobian(const StochasticSystem& system, const Trajectory& path) const {
+  const Points& q0 = path.initial().q;
+  const Eigen::Index channels = path.increments.rows();
+  EndpointJacobian jacobian{{}, MatrixXd(q0.size(), path.increments.size())};
+  RowSweep sweep(system, path.grid.dt(), false, q0.rows(), q0.cols());
+  for (int k = path.grid.steps - 1; k >= 0; --k) {
+    const VectorXd w = path.increments.col(k);
+    const StepField field(system, path.grid.dt(), w);
+    sweep.through_stages(tableau_, run_stages(tableau_, field, path.states[static_cast<std::size_t>(k)]).at, w,
+                         jacobian.increments.middleCols(k * channels, channels));
+  }
+  jacobian.momenta = sweep.p_bar().transpose();
+  return jacobian;
 }
 
 // As do_adjoint(), for all rows at once.

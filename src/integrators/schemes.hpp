@@ -31,6 +31,9 @@ class RungeKuttaIntegrator final : public Integrator {
     return {.symplectic = false, .noise = tableau_.noise, .order = tableau_.order};
   }
 
+  /// All rows at once by a RowSweep, four products of dN×dN matrices a stage.
+  EndpointJacobian endpoint_jacobian(const StochasticSystem& system, const Trajectory& path) const override;
+
   /// At rest all rows at once, by products with dN×dN matrices, four a step of Heun's method.
   PathRows adjoint_rows(const StochasticSystem& system, const Trajectory& path,
                         const Eigen::MatrixXd& by_end) const override;

@@ -124,6 +124,46 @@ void RowSweep::through_adjoint_flow(const Points& q, const Points& p) {
   q_bar_.noalias() -= hessian * p_bar_;
 }
 
+RowSweep::Adjoints RowSweep::field_transposed(const PhaseState& z, const Adjoints& mu, const VectorXd& w) const {
+  const StepMatrices step = system_.kernel.step_matrices(z.q, z.p, dt_);
+  MatrixXd pushed = mu.q;
+  if (!traits_.hamiltonian) pushed -= noise_.friction() * mu.p;
+  Adjoints rows{step.tangent.transpose() * pushed, -step.tangent * mu.p};
+  rows.q.noalias() -= step.hessian * mu.p;
+  add_velocities(step.gram, pushed, rows.p);
+  if (traits_.additive || w.size() == 0) return rows;
+  const auto product = [&](const PhaseState& unit) { return noise_.hessian(z, w, unit); };
+  const DenseHessian of_h = dense_hessian(product, d_, n_, traits_.local);
+  if (traits_.moves_positions()) rows.q.noalias() += of_h.pq.transpose() * mu.q;
+  if (traits_.moves_momenta) {
+    rows.q.noalias() -= of_h.qq * mu.p;
+    rows.p.noalias() -= of_h.pq * mu.p;
+  }
+  return rows;
+}
+
+void RowSweep::through_stages(const ExplicitTableau& tableau, const std::vector<PhaseState>& stages, const VectorXd& w,
+                              Eigen::Ref<MatrixXd> by_w) {
+  const Adjoints end{q_bar_, p_bar_};
+  std::vector<Adjoints> at(stages.size());
+  MatrixXd of_stage(by_w.rows(), by_w.cols());
+  by_w.setZero();
+  for (std::size_t i = stages.size(); i-- > 0;) {
+    const double share = tableau.b[static_cast<Index>(i)];
+    Adjoints mu{share * end.q, share * end.p};
+    for (std::size_t later = i + 1; later < stages.size(); ++later)
+      if (const double a = tableau.a(static_cast<Index>(later), static_cast<Index>(i)); a != 0) {
+        mu.q += a * at[later].q;
+        mu.p += a * at[later].p;
+      }
+    at[i] = field_transposed(stages[i], mu, w);
+    rows_by_noise(stages[i], mu.q, mu.p, of_stage);
+    by_w += of_stage;
+    q_bar_ += at[i].q;
+    p_bar_ += at[i].p;
+  }
+}
+
 // With A = ∇²h_w,pq and B = ∇²h_w,qq at m: (I + ½A)ν_p = 2p̄⁺, (I − ½Aᵀ)ν_q = 2q̄⁺ − ½Bν_p, and (q̄, p̄) = ν − (q̄⁺, p̄⁺).
 void RowSweep::through_midpoint_noise(const PhaseState& middle, const VectorXd& w, Eigen::Ref<MatrixXd> by_w) {
   if (traits_.additive) return rows_by_noise(middle, q_bar_, p_bar_, by_w);

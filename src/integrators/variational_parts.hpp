@@ -4,8 +4,8 @@
 
 #include <Eigen/SparseCore>
 
-#include "implicit_step.hpp"
 #include "pulson/dynamics/stochastic_system.hpp"
+#include "schemes.hpp"
 
 namespace pulson {
 
@@ -133,7 +133,7 @@ class AdjointFlowPart {
 };
 
 /// The adjoint of all coordinates r of q(T) at once, as dense matrices: column r of (q̄, p̄), dN×dN each, is the adjoint
-/// state of r. It begins at the end of a path and is carried back through the parts of its steps.
+/// state of r. It begins at the end of a path and is carried back through the parts of its steps, or their stages.
 /// Cost O((dN)³) a part, memory O((dN)²).
 class RowSweep {
  public:
@@ -153,6 +153,10 @@ class RowSweep {
   /// @param inside (q, p) @param by_w dN×C, or dN×0 where they are not wanted
   void through_noise(const PhaseState& inside, const Eigen::VectorXd& w, Eigen::Ref<Eigen::MatrixXd> by_w);
 
+  /// Through a step of an explicit Runge–Kutta method, all of it in the dt given. @param stages z_i
+  void through_stages(const ExplicitTableau& tableau, const std::vector<PhaseState>& stages, const Eigen::VectorXd& w,
+                      Eigen::Ref<Eigen::MatrixXd> by_w);
+
   /// Through the midpoint rule of h_w.
   void through_midpoint_noise(const PhaseState& middle, const Eigen::VectorXd& w, Eigen::Ref<Eigen::MatrixXd> by_w);
 
@@ -161,6 +165,11 @@ class RowSweep {
   struct Fields {
     Eigen::MatrixXd q, p;  ///< ∇h_i, dN×C
   };
+  struct Adjoints {
+    Eigen::MatrixXd q, p;
+  };
+  /// F'(z)ᵀμ of a StepField.
+  Adjoints field_transposed(const PhaseState& z, const Adjoints& mu, const Eigen::VectorXd& w) const;
   Fields fields(const PhaseState& at, Eigen::Index channels) const;
   void rows_by_noise(const PhaseState& at, const Eigen::MatrixXd& mu, const Eigen::MatrixXd& nu,
                      Eigen::Ref<Eigen::MatrixXd> by_w);

@@ -24,6 +24,9 @@ constexpr std::uint64_t kRefinements = 1ULL << 22U;
 constexpr std::int64_t kFirstDraws = 1000, kMoreDraws = 4;
 constexpr std::int64_t kMostDraws = 8000, kMostLaneDraws = 64000;
 constexpr int kMostSteps = 128;
+// Of so few the error of a mean is itself not known to an eighth, 1/√60; of one that outweighs all others it would be
+// 0.
+constexpr double kFewEffective = 30;
 // Of the difference between steps and twice as many, the distance from the limit of fine steps and the next difference:
 // of a scheme of order 2, Σ 4⁻ʲ, as that of noise that is additive, and of order 1, Σ 2⁻ʲ.
 struct Order {
@@ -31,8 +34,13 @@ struct Order {
 };
 constexpr Order kOfAdditive{}, kOfOthers{2, 0.5};
 
-Estimate of_specimen(const ChainSetting& setting, const ThetaPoint& theta, std::size_t s, const Specimen& finer,
-                     std::int64_t draws) {
+struct Change {
+  Estimate estimate{kUndefined, kUndefined};
+  double effective = 0;  ///< draws, the fewer of both
+};
+
+Change of_specimen(const ChainSetting& setting, const ThetaPoint& theta, std::size_t s, const Specimen& finer,
+                   std::int64_t draws) {
   const Specimen& specimen = setting.specimens[s];
   const Specimen::Model model = finer.model(setting.space.at(setting.reference.centre));
   const VectorXd& log_weights = setting.reference.log_weights[s];
@@ -59,11 +67,14 @@ Estimate of_specimen(const ChainSetting& setting, const ThetaPoint& theta, std::
     fine.segment(first, count) = of_prior + with_finer.log_likelihoods(with_finer.ends(halved));
   });
   const double largest = coarse.maxCoeff();
-  if (!(largest > kImpossible) || !(fine.maxCoeff() > kImpossible)) return {kUndefined, kUndefined};
+  if (!(largest > kImpossible) || !(fine.maxCoeff() > kImpossible)) return {};
   const ArrayXd of_coarse = (coarse.array() - largest).exp(), of_fine = (fine.array() - largest).exp();
+  const auto effective = [](const ArrayXd& weights) { return std::pow(weights.sum(), 2) / weights.square().sum(); };
+  const double fewer = std::min(effective(of_coarse), effective(of_fine));
+  if (!(fewer >= kFewEffective)) return {.effective = fewer};
   const double difference = std::log(of_fine.mean() / of_coarse.mean());
   const ArrayXd influence = of_fine / of_fine.mean() - of_coarse / of_coarse.mean();
-  return {difference, std::sqrt(influence.square().mean() / static_cast<double>(draws))};
+  return {{difference, std::sqrt(influence.square().mean() / static_cast<double>(draws))}, fewer};
 }
 
 }  // namespace
@@ -75,13 +86,15 @@ Estimate evidence_of_finer_steps(const ChainSetting& setting, const std::vector<
   for (std::size_t s = 0; s < finer.size(); ++s) {
     const bool lanes = posterior::ShotBatch(finer[s], theta.models[s]).at_once() > 1;
     const std::int64_t most_of_one = std::min(most, lanes ? kMostLaneDraws : kMostDraws);
-    Estimate one{kUndefined, kUndefined};
+    Change one;
     for (std::int64_t draws = std::min(kFirstDraws, most_of_one); draws <= most_of_one; draws *= kMoreDraws) {
       one = of_specimen(setting, theta, s, finer[s], draws);
-      if (one.standard_error <= accuracy) break;
+      if (one.estimate.standard_error <= accuracy) break;
+      // One counts in any case, and the others are not more in proportion.
+      if ((one.effective - 1) * static_cast<double>(most_of_one / draws) < kFewEffective) break;
     }
-    sum.value += one.value;
-    sum.standard_error = std::hypot(sum.standard_error, one.standard_error);
+    sum.value += one.estimate.value;
+    sum.standard_error = std::hypot(sum.standard_error, one.estimate.standard_error);
   }
   return sum;
 }
@@ -96,9 +109,9 @@ std::vector<Specimen> specimens_of(const PosteriorProblem& problem) {
   std::vector<Specimen> specimens;
   for (std::size_t i = 0; i < problem.specimens.size(); ++i)
     if (problem.pose == AlignmentKind::kNone)
-      specimens.emplace_back(problem.specimens[i], problem.tree);
+      specimens.emplace_back(problem.specimens[i], problem.tree, problem.momenta);
     else
-      specimens.emplace_back(problem.specimens[i], problem.pose);
+      specimens.emplace_back(problem.specimens[i], problem.pose, problem.momenta);
   return specimens;
 }
 

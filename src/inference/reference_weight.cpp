@@ -20,6 +20,9 @@ constexpr std::uint64_t kReferenceChains = 1ULL << 20U;
 // How well draws fit their data, in standard deviations: those that are weighed, and those between them.
 constexpr double kFitted = 1e-2;
 constexpr double kPassing = 0.5;
+// Nats below the evidence of the linear model: all draws of such weights together have e⁻⁴⁰ of it. Whether fitted draws
+// come there, too, which only takes from them, is not searched.
+constexpr double kNegligible = 40;
 constexpr std::size_t kWhetherWide = (1U << 10U) - 1;  // the last of the kinds of random numbers
 
 }  // namespace
@@ -160,33 +163,40 @@ SpecimenDraws specimen_draws(const ChainSetting& setting, std::size_t s, const T
   }
   draws.ends = shots.ends(draws.z);
   const VectorXd log_likelihoods = shots.log_likelihoods(draws.ends);
-  std::vector<Index> with_path;
-  for (Index i = 0; i < count; ++i)
-    if (found[static_cast<std::size_t>(i)] != 0 && log_likelihoods[i] > kImpossible) with_path.push_back(i);
-  VectorXd densities;  // of fitted draws
-  if (setting.move.fits_data && !with_path.empty()) {
-    MatrixXd residuals(specimen.data(), std::ssize(with_path));
-    for (std::size_t j = 0; j < with_path.size(); ++j)
-      residuals.col(static_cast<Index>(j)) = specimen.residual(theta.models[s], draws.ends.positions.col(with_path[j]));
-    densities = fitted_log_densities(shots, linear.front(), draws.z(Eigen::all, with_path), residuals);
-    std::vector<Index> others;  // of those with a path
-    for (std::size_t j = 0; j < with_path.size(); ++j)
-      if (!setting.is_fitted(draws.components[static_cast<std::size_t>(with_path[j])]))
-        others.push_back(static_cast<Index>(j));
-    if (!others.empty()) {
-      const MatrixXd z = draws.z(Eigen::all, with_path);
-      const std::vector<char> are =
-          are_fitted_draws(shots, linear.front(), z(Eigen::all, others), residuals(Eigen::all, others), kFitted);
-      for (std::size_t j = 0; j < others.size(); ++j)
-        if (are[j] == 0) densities[others[j]] = kImpossible;
-    }
-  }
-  for (std::size_t j = 0; j < with_path.size(); ++j) {
-    const Index i = with_path[j];
-    LogMixture mixture = log_mixture_of(setting, s, theta, power, draws.z.col(i), setting.move.fits_data ? 1 : 0);
-    if (setting.move.fits_data) mixture.join(setting.reference.log_weights[s][0] + densities[static_cast<Index>(j)]);
-    const double log_weight = power * log_likelihoods[i] - mixture.value;
+  std::vector<LogMixture> mixtures(static_cast<std::size_t>(count));
+  std::vector<Index> to_weigh;  // by the density of fitted draws, too
+  for (Index i = 0; i < count; ++i) {
+    if (found[static_cast<std::size_t>(i)] == 0 || !(log_likelihoods[i] > kImpossible)) continue;
+    LogMixture& mixture = mixtures[static_cast<std::size_t>(i)];
+    mixture = log_mixture_of(setting, s, theta, power, draws.z.col(i), setting.move.fits_data ? 1 : 0);
+    const double log_weight = power * log_likelihoods[i] - mixture.value;  // at most: fitted draws may come here, too
     if (!std::isnan(log_weight)) draws.log_weights[i] = log_weight;
+    if (setting.move.fits_data && (setting.is_fitted(draws.components[static_cast<std::size_t>(i)]) ||
+                                   log_weight > linear.front().log_evidence() - kNegligible))
+      to_weigh.push_back(i);
+  }
+  if (to_weigh.empty()) return draws;
+  MatrixXd residuals(specimen.data(), std::ssize(to_weigh));
+  std::vector<Index> others;  // of those that are weighed
+  for (Index j = 0; j < residuals.cols(); ++j) {
+    const Index i = to_weigh[static_cast<std::size_t>(j)];
+    residuals.col(j) = specimen.residual(theta.models[s], draws.ends.positions.col(i));
+    if (!setting.is_fitted(draws.components[static_cast<std::size_t>(i)])) others.push_back(j);
+  }
+  const MatrixXd z = draws.z(Eigen::all, to_weigh);
+  VectorXd densities = fitted_log_densities(shots, linear.front(), z, residuals);
+  if (!others.empty()) {
+    const std::vector<char> are =
+        are_fitted_draws(shots, linear.front(), z(Eigen::all, others), residuals(Eigen::all, others), kFitted);
+    for (std::size_t j = 0; j < others.size(); ++j)
+      if (are[j] == 0) densities[others[j]] = kImpossible;
+  }
+  for (Index j = 0; j < residuals.cols(); ++j) {
+    const Index i = to_weigh[static_cast<std::size_t>(j)];
+    LogMixture& mixture = mixtures[static_cast<std::size_t>(i)];
+    mixture.join(setting.reference.log_weights[s][0] + densities[j]);
+    const double log_weight = power * log_likelihoods[i] - mixture.value;
+    draws.log_weights[i] = std::isnan(log_weight) ? kImpossible : log_weight;
   }
   return draws;
 }

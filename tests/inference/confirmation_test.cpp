@@ -246,6 +246,19 @@ TEST(FinerSteps, ChangeTheEvidenceAsThePriorsDrawsSay) {
   EXPECT_LT(found.standard_error, 0.02);
 }
 
+// Of one draw that outweighs all others the difference is known, and its error would be 0.
+TEST(FinerSteps, AreUndeterminedByFewDraws) {
+  BentProblem bent = bent_problems().front();
+  bent.sigma = 1e-3;
+  const PosteriorProblem problem = problem_of(bent);
+  const ParameterSpace space(problem);
+  const std::vector<Specimen> specimens = specimens_of(problem);
+  Reference reference = make_reference(specimens, space, 1, 1);
+  defend(reference, specimens, space, 1);
+  const ChainSetting setting{specimens, space, reference, {}, 3};
+  EXPECT_TRUE(std::isnan(evidence_of_finer_steps(setting, specimens_of(with_finer_steps(problem)), 1000).value));
+}
+
 // Heun's steps lose no path, and few of them do; a path that hardly bends needs the fewest.
 TEST(SufficientSteps, AreThoseOfWhichTheEvidenceIsNearItsLimit) {
   const auto chosen = [](PosteriorProblem problem) {

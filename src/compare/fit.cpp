@@ -245,6 +245,16 @@ CohortFit without_noise(const CohortModel& cohort, const Matches& matches, Cohor
   return fit;
 }
 
+bool all_noise_vanishes(const CohortModel& cohort, const CohortFit& fit) {
+  bool all = true, any = false;
+  for (Index i = 0; i < cohort.count(); ++i) {
+    if (cohort.open()[at(i)].kind != ModelNumber::Kind::kAmplitude) continue;
+    any = true;
+    all = all && fit.fitted[at(i)].vanishes;
+  }
+  return any && all;
+}
+
 }  // namespace
 
 CohortFit fit_model(const CohortModel& cohort, const CohortFit* none) {
@@ -256,7 +266,7 @@ CohortFit fit_model(const CohortModel& cohort, const CohortFit* none) {
   const Found found = find_numbers(cohort, no_noise ? &*no_noise : nullptr);
   Matches matches = matches_at(cohort, found);
   CohortFit fit = record(cohort, found, matches);
-  if (no_noise && !(fit.log_evidence > none->log_evidence + std::hypot(fit.sampling_error, none->sampling_error))) {
+  if (no_noise && (all_noise_vanishes(cohort, fit) || !(fit.log_evidence > none->log_evidence))) {
     matches = *std::move(no_noise);
     fit = without_noise(cohort, matches, std::move(fit), *none);
   }

@@ -5,7 +5,8 @@
 namespace pulson::compare {
 
 /// fit_cohort() of a model, its settings checked. A model with no noise as its limit is that limit, to the bits of its
-/// numbers and evidence, unless its evidence is greater by more than the error of both.
+/// numbers and evidence, where its noise vanishes or its evidence is not greater. (That it had to be greater by more
+/// than the error of both made 47 of 100 amplitudes 0 in place of 35; of linear models 22 are.)
 /// @param none the fit of that limit; null: the model has none
 CohortFit fit_model(const CohortModel& cohort, const CohortFit* none = nullptr);
 

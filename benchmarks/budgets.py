@@ -117,10 +117,11 @@ def rows(data, problems):
     yield ('10,000 markers of a line', 'register {f}/line10000_source.csv {f}/line10000_target.csv '
            '--noise ch-sd:beta=2%', 10, None)
     if data and (data / 'bridgelandmarks').exists():
-        for what, name, noise, goal in (('cardiac, 11 points, ch-sd', 'cardiac', 'ch-sd:beta=2%', 0.56),
-                                        ('corpus callosum, 77 points, ch-sd', 'dgs_cc', 'ch-sd:beta=2%', 750)):
+        dense = ' --momenta smooth --method rto --steps 10 --warmup 150'
+        for what, name, more, goal in (('cardiac, 11 points, ch-sd', 'cardiac', '', 0.56),
+                                       ('corpus callosum, 77 points, ch-sd', 'dgs_cc', dense, 750)):
             yield (f'sample, {what}', f'sample {{d}}/bridgelandmarks/{name}_obs0.csv '
-                   f'{{d}}/bridgelandmarks/{name}_obsT.csv#1 --noise {noise}', goal, effective_draws)
+                   f'{{d}}/bridgelandmarks/{name}_obsT.csv#1 --noise ch-sd:beta=2%{more}', goal, effective_draws)
 
 
 def measure(command, limit):

@@ -104,6 +104,8 @@ def run(arguments, seed, scratch):
     command = [arguments.pulson, "compare", file, "-o", out, "--no-picture", "--quiet", "--seed", str(seed), *arguments.more]
     if arguments.sigma_known:
         command += ["--sigma", str(arguments.sigma)]
+    for model in arguments.model:
+        command += ["--noise", model]
     before = os.times()
     done = subprocess.run(command, capture_output=True, text=True)
     after = os.times()
@@ -157,13 +159,13 @@ def table(arguments, lines):
     fits = [next(model for model in record["models"] if model["noise"].startswith(name or "none")) for record in records]
     within = [fit["greatest_noise_share"] >= share for fit in fits]
     cells.append(f"{sum(within)} of {len(within)}" if name else "")
-    cells.append(mean_text([np.log(fit["lambda"] / arguments.lam) for fit in fits if fit["lambda"] and fit["lambda"] < 1e6]))
+    cells.append(mean_text([arguments.lam / fit["lambda"] if fit["lambda"] else 0 for fit in fits]))
     amplitude = {"ch-sd": "beta", "p-sd": "beta", "tv": "sigma"}.get(kind)
     cells.append(mean_text([(number["value"] / float(numbers[0])) ** 2 for fit in fits for number in fit["fitted"]
                             if number["name"] == amplitude]) if name else "")
     cells.append(f"{sum(line['cpu'] for line in lines) / len(lines):.1f}")
     print("| drawn from | cohorts | noise share | a noise preferred | favoured | enough | nothing to tell | upper end holds "
-          "| log λ/true | amplitude²/true | CPU s |")
+          "| true/λ | amplitude²/true | CPU s |")
     print("|" + "---|" * len(cells))
     print("| " + " | ".join(cells) + " |")
 
@@ -179,6 +181,7 @@ def main():
     parser.add_argument("--sigma", type=float, default=0.01)
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--sigma-known", action="store_true")
+    parser.add_argument("--model", action="append", default=[], help="of compare, in place of its defaults; repeat")
     arguments, arguments.more = parser.parse_known_args()
     arguments.folder.mkdir(parents=True, exist_ok=True)
     name = (f"{arguments.shapes}x{arguments.landmarks}_{arguments.noise.replace(':', '_')}"

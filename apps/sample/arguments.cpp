@@ -63,6 +63,12 @@ void SampleArguments::add_to(CLI::App& verb) {
                  ->capture_default_str(),
              "alignment", {"auto"});
   begin_group(verb, more(kModelGroup));
+  verb.add_option(
+          "--momenta", momenta,
+          "prior of the momenta: kernel: N(0, (lambda K)^-1); smooth: the same, but those that move landmarks by less "
+          "than three deviations of noise and sigma fade, for dense outlines")
+      ->type_name("NAME")
+      ->capture_default_str();
   verb.add_option("--integrator", integrator, "see pulson info integrators")->type_name("NAME")->capture_default_str();
   begin_group(verb, kSamplingGroup);
   verb.add_option("--method", sampler.method,
@@ -161,12 +167,16 @@ inference::PosteriorProblem SampleArguments::problem(const SampleShapes& shapes,
   if (time.is_automatic()) options.grid.steps = kFewestSteps;
   if (align != "auto") options.align = parse_alignment(align);
   options.loss = loss.chosen();
+  const posterior::MomentumPrior prior = posterior::kMomentumPriors.parse(momenta);
+  if (prior != posterior::MomentumPrior::kKernel && !shapes.tree.empty())
+    throw InputError("--momenta is the prior of momenta, which shapes of --tree do not have");
   if (options.loss && !shapes.tree.empty()) throw InputError("--loss is for one target, not for the shapes of --tree");
   model.set_noise(shapes.source, shapes.targets, options);
   inference::PosteriorProblem made =
       shapes.tree.empty()
           ? inference::make_posterior_problem(shapes.source, shapes.targets, options, model.priors())
           : inference::make_tree_problem(shapes.source, shapes.tree, shapes.targets, options, model.priors());
+  made.momenta = prior;
   notes.insert(notes.end(), made.notes.begin(), made.notes.end());
   return time.is_automatic() ? with_sufficient_steps(std::move(made), sampler.seed) : made;
 }

@@ -34,6 +34,7 @@ struct SampleArguments {
   std::string noise = "none";
   std::string integrator = matching::sample_defaults().integrator.value;
   std::string align = matching::sample_defaults().align.value;
+  std::string momenta = "kernel";
   std::string tree;  ///< a Newick file, or empty
   LossOptions loss;
   inference::SamplerOptions sampler;

@@ -85,6 +85,8 @@ const Facts<inference::PosteriorProblem>& posterior_model_facts() {
       {"sigma", "sigma", "standard deviation of an observed coordinate, length units", "{:.4g}",
        [](const R& r) { return r.specimens.front().sigma; }},
       {"lambda", "lambda", "weight of the energy", "{:.4g}", [](const R& r) { return r.specimens.front().lambda; }},
+      {"momentum_prior", "prior of the momenta", "kernel or smooth", "",
+       [](const R& r) { return posterior::kMomentumPriors.name(r.momenta); }},
       {"integrator", "integrator", "of the paths", "",
        [](const R& r) { return std::string(r.specimens.front().integrator->name()); }},
       {"time", "time", "T", "{:.4g}", [](const R& r) { return r.specimens.front().grid.time; }},

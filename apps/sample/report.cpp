@@ -122,9 +122,10 @@ std::string confirmation_text(const inference::PosteriorDraws& draws) {
 std::string model_words(const inference::PosteriorProblem& problem) {
   const matching::MatchingProblem& first = problem.specimens.front();
   const std::string noise = first.system.noise->spec();
-  return fmt::format("{}, {}, lambda {:.4g}, sigma {:.4g}, {} in {} steps",
+  return fmt::format("{}, {}, lambda {:.4g}{}, sigma {:.4g}, {} in {} steps",
                      noise == "none" ? "no noise" : shortened_spec(noise), first.system.kernel.spec(4), first.lambda,
-                     first.sigma, first.integrator->name(), first.grid.steps);
+                     problem.momenta == inference::MomentumPrior::kSmooth ? " of smooth momenta" : "", first.sigma,
+                     first.integrator->name(), first.grid.steps);
 }
 
 html::HtmlReport sample_report(const PosteriorResults& results, const std::filesystem::path& paths,

@@ -57,7 +57,10 @@ std::size_t first_inner(const std::vector<Branch>& branches) {
 class CalibrationStudy::Simulations {
  public:
   Simulations(const PosteriorProblem& problem, const CalibrationOptions& options)
-      : options_(options), template_(problem), space_(problem), specimen_(problem.specimens.front(), problem.tree) {
+      : options_(options),
+        template_(problem),
+        space_(problem),
+        specimen_(problem.specimens.front(), problem.tree, problem.momenta) {
     template_.specimens.erase(template_.specimens.begin() + 1, template_.specimens.end());
     fault_ = VectorXd::Zero(space_.count());
     if (options.fault_name.empty()) return;

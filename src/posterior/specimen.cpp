@@ -41,9 +41,29 @@ MatrixXd complement_of(const Eigen::HouseholderQR<MatrixXd>& factors) {
   return basis.rightCols(n - factors.cols());
 }
 
+// λS of MomentumPrior::kSmooth.
+constexpr double kDeviations = 3;
+MatrixXd hidden_by_noise(const matching::MatchingProblem& problem) {
+  const Index d = problem.source.rows(), n = problem.source.cols();
+  const PhaseState at_rest{problem.source, Points::Zero(d, n)};
+  MatrixXd moved = MatrixXd::Zero(n, n);
+  for (Index axis = 0; axis < d; ++axis) {
+    MatrixXd channels(problem.system.noise->channels(static_cast<int>(d), static_cast<int>(n)), n);
+    for (Index a = 0; a < n; ++a) {
+      PhaseState along{Points::Zero(d, n), Points::Zero(d, n)};
+      along.p(axis, a) = 1;
+      channels.col(a) = problem.system.noise->contract(at_rest, along);
+    }
+    moved += channels.transpose() * channels / static_cast<double>(d);
+  }
+  const double time = problem.grid.time;
+  return problem.lambda * std::pow(kDeviations / time, 2) *
+         (problem.sigma * problem.sigma * MatrixXd::Identity(n, n) + time * moved);
+}
+
 }  // namespace
 
-Specimen::Specimen(matching::MatchingProblem problem, std::vector<Branch> tree)
+Specimen::Specimen(matching::MatchingProblem problem, std::vector<Branch> tree, MomentumPrior prior)
     : problem_(std::move(problem)),
       branches_(std::move(tree)),
       momenta_(branches_.empty() ? problem_.source.size() : 0),
@@ -51,6 +71,7 @@ Specimen::Specimen(matching::MatchingProblem problem, std::vector<Branch> tree)
                                                 static_cast<int>(problem_.source.cols()))),
       nugget_(std::max(kSeen * problem_.lambda * std::pow(problem_.sigma / problem_.grid.time, 2),
                        kSingular * problem_.system.kernel.at_zero())),
+      hidden_(prior == MomentumPrior::kSmooth ? hidden_by_noise(problem_) : MatrixXd()),
       reference_root_(std::make_shared<MatrixXd>(root_of(problem_.system.kernel))) {
   check(problem_);
   matching::require_distinct(problem_.source);
@@ -58,7 +79,8 @@ Specimen::Specimen(matching::MatchingProblem problem, std::vector<Branch> tree)
   add_branches();
 }
 
-Specimen::Specimen(matching::MatchingProblem problem, AlignmentKind pose) : Specimen(std::move(problem)) {
+Specimen::Specimen(matching::MatchingProblem problem, AlignmentKind pose, MomentumPrior prior)
+    : Specimen(std::move(problem), std::vector<Branch>{}, prior) {
   if (pose == AlignmentKind::kNone) return;
   pose_kind_ = pose;
   pose_.emplace(*problem_.data->landmarks(), problem_.source, pose);
@@ -104,7 +126,11 @@ void Specimen::add_branches() {
 MatrixXd Specimen::root_of(const KernelOperator& kernel) const {
   MatrixXd gram = kernel.gram(problem_.source, problem_.source);
   gram.diagonal().array() += nugget_;
-  const Eigen::LLT<MatrixXd> factors(gram);
+  Eigen::LLT<MatrixXd> factors(gram);
+  if (factors.info() == Eigen::Success && hidden_.size() > 0) {
+    const MatrixXd half = factors.matrixL().solve(hidden_);
+    factors.compute(gram + half.transpose() * half);
+  }
   if (factors.info() != Eigen::Success) throw NumericalError("the matrix of the kernel is singular");
   return factors.matrixL();
 }

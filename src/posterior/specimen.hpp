@@ -9,6 +9,7 @@
 #include "pose.hpp"
 #include "pulson/matching/objective.hpp"
 #include "pulson/posterior/branch.hpp"
+#include "pulson/posterior/momentum_prior.hpp"
 
 namespace pulson::posterior {
 
@@ -20,11 +21,11 @@ struct Numbers {
   double sigma = 1;  ///< relative to that of the data
 };
 
-/// One shape's unknowns z ~ N(0, I) and its data. Momenta are p0 = (λ(K(q0) + εI))^{-½} z0 by Cholesky factorisation,
-/// which is smooth in the width of the kernel, increments ΔW = √Δt zW; of a tree the increments of its branches, one
-/// after the other, and no momenta. With F the derivative of the residual of a data term by positions, n×dN, X the
-/// directions and g the motion of the Pose that an alignment takes out of the data, and A an orthonormal basis of what
-/// is orthogonal to FX,
+/// One shape's unknowns z ~ N(0, I) and its data. Momenta are p0 = (λM)^{-½} z0 by Cholesky factorisation, which is
+/// smooth in the width of the kernel, M = K(q0) + εI or, with it in place of K, that of MomentumPrior::kSmooth;
+/// increments ΔW = √Δt zW; of a tree the increments of its branches, one after the other, and no momenta. With F the
+/// derivative of the residual of a data term by positions, n×dN, X the directions and g the motion of the Pose that an
+/// alignment takes out of the data, and A an orthonormal basis of what is orthogonal to FX,
 ///
 ///     r(z) = Aᵀ r_data(g q(T)),   −log p(y | z, θ) = ½|r|² + volume(θ),
 ///
@@ -32,18 +33,19 @@ struct Numbers {
 class Specimen {
  public:
   /// @param tree one path with the data of the problem where it is empty
-  explicit Specimen(matching::MatchingProblem problem, std::vector<Branch> tree = {});
+  explicit Specimen(matching::MatchingProblem problem, std::vector<Branch> tree = {},
+                    MomentumPrior prior = MomentumPrior::kKernel);
 
   /// One path. @param pose of data that are landmarks
   /// @throws InputError where the alignment accounts for all observed coordinates
-  Specimen(matching::MatchingProblem problem, AlignmentKind pose);
+  Specimen(matching::MatchingProblem problem, AlignmentKind pose, MomentumPrior prior = MomentumPrior::kKernel);
 
   /// The models at one θ.
   struct Model {
     StochasticSystem system;
     double lambda = 1;
     double sigma = 1;                             ///< relative to that of the data
-    std::shared_ptr<const Eigen::MatrixXd> root;  ///< L, LLᵀ = K(q0) + εI
+    std::shared_ptr<const Eigen::MatrixXd> root;  ///< L, LLᵀ = M
   };
 
   struct Shot {
@@ -117,6 +119,7 @@ class Specimen {
   Eigen::Index channels_;
   Eigen::Index count_ = 0;
   double nugget_;
+  Eigen::MatrixXd hidden_;  ///< λS of the prior kSmooth; else empty
   double log_determinant_ = 0;
   Eigen::MatrixXd complement_;  ///< A; empty for all
   Eigen::MatrixXd projection_;  ///< AᵀF

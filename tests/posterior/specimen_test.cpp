@@ -4,10 +4,12 @@
 
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <tuple>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
 #include "posterior/minimum.hpp"
@@ -161,6 +163,75 @@ TEST_P(OfModels, MinimaAreStationary) {
     EXPECT_NEAR(minimum.cost, 0.5 * (minimum.z.squaredNorm() + shot->residual.squaredNorm()), 1e-9);
   }
   EXPECT_NEAR(minima[0].cost, minima[1].cost, 1e-6);
+}
+
+// Covariance of the momenta along one axis, N×N: draws are linear in z.
+MatrixXd prior_covariance(const matching::MatchingProblem& problem) {
+  const Specimen specimen(problem, {}, MomentumPrior::kSmooth);
+  const Specimen::Model model = specimen.model(
+      {std::make_shared<KernelOperator>(problem.system.kernel), problem.system.noise, problem.lambda, 1});
+  const Index n = problem.source.cols();
+  MatrixXd root = MatrixXd::Zero(n, specimen.unknowns());
+  for (Index i = 0; i < specimen.unknowns(); ++i)
+    root.col(i) = specimen.momenta(model, VectorXd::Unit(specimen.unknowns(), i)).row(1);
+  return root * root.transpose();
+}
+
+matching::MatchingProblem dense_ring(const std::string& noise) {
+  constexpr int kCount = 12;
+  matching::MatchingProblem problem = problem_of(noise, "heun");
+  problem.grid = {2, 4};
+  problem.source.resize(2, kCount);
+  for (int a = 0; a < kCount; ++a)
+    problem.source.col(a) << std::cos(2 * std::numbers::pi * a / kCount), std::sin(2 * std::numbers::pi * a / kCount);
+  problem.system = {make_kernel("matern32:alpha=2", problem.source), make_noise(noise, shape_of(problem.source))};
+  problem.data =
+      std::make_shared<matching::LandmarkTerm>(matching::LandmarkObservations{problem.source, kSigma, {}, {}});
+  return problem;
+}
+
+TEST(SmoothMomenta, HaveHalfTheVarianceWhereThatIsThreeDeviationsOfNoiseAndErrors) {
+  constexpr double kBeta = 0.2;
+  const matching::MatchingProblem problem = dense_ring("ch-sd:beta=0.2");
+  const MatrixXd covariance = prior_covariance(problem);
+  const double time = problem.grid.time, lambda = problem.lambda;
+  const double hidden = 9 * (kSigma * kSigma + time * kBeta * kBeta) / (time * time) * lambda;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(problem.system.kernel.gram(problem.source, problem.source));
+  EXPECT_LT(eigen.eigenvalues().minCoeff(), hidden / 3);
+  EXPECT_GT(eigen.eigenvalues().maxCoeff(), 3 * hidden);
+  for (Index i = 0; i < covariance.rows(); ++i) {
+    const double kappa = eigen.eigenvalues()[i];
+    const VectorXd v = eigen.eigenvectors().col(i);
+    const double variance = v.dot(covariance * v);
+    EXPECT_NEAR(variance * lambda * (kappa + hidden * hidden / kappa), 1, 1e-2);  // up to ε
+  }
+}
+
+TEST(SmoothMomenta, FadeByTheCovarianceOfFieldsThatMoveNeighboursTogether) {
+  const matching::MatchingProblem problem = dense_ring("kunita:beta=0.2,width=1.5");
+  const MatrixXd covariance = prior_covariance(problem);
+  const NoiseModel& noise = *problem.system.noise;
+  const Index n = problem.source.cols();
+  const int channels = noise.channels(2, static_cast<int>(n));
+  MatrixXd moved = MatrixXd::Zero(n, n);  // by unit increments from rest
+  for (Index i = 0; i < channels; ++i) {
+    const Points velocity = noise.rest_velocity(problem.source, VectorXd::Unit(channels, i));
+    moved += velocity.transpose() * velocity / 2;
+  }
+  EXPECT_GT(moved.norm(), 1.5 * moved.diagonal().norm());  // together
+  const double time = problem.grid.time;
+  const MatrixXd s = 9 * (kSigma * kSigma * MatrixXd::Identity(n, n) + time * moved) / (time * time);
+  const MatrixXd k = problem.system.kernel.gram(problem.source, problem.source);
+  const MatrixXd precision = problem.lambda * (k + problem.lambda * problem.lambda * s * k.llt().solve(s));
+  EXPECT_LE((precision * covariance - MatrixXd::Identity(n, n)).norm(), 0.05);
+}
+
+TEST(SmoothMomenta, LeaveSeparateLandmarksAsTheyAre) {
+  matching::MatchingProblem problem = dense_ring("ch-sd:beta=0.001");
+  problem.system.kernel = make_kernel("gaussian:alpha=0.1", problem.source);
+  problem.sigma = 1e-3;
+  const Index n = problem.source.cols();
+  EXPECT_LE((problem.lambda * prior_covariance(problem) - MatrixXd::Identity(n, n)).norm(), 1e-3);
 }
 
 }  // namespace

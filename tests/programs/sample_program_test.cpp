@@ -1,5 +1,6 @@
 // The verb `sample`: what it writes, and what it refuses.
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -45,10 +46,25 @@ TEST_F(SampleProgram, WritesDrawsAndTheirSummary) {
   EXPECT_EQ(summary["draws"], 40);
   EXPECT_GT(summary["parameters"]["beta"]["mean"].get<double>(), 0);
   EXPECT_EQ(summary["momenta"].size(), 2U);
+  EXPECT_EQ(summary["momentum_prior"], "kernel");
   EXPECT_GT(summary["path"]["ess_min"].get<double>(), 0);
   EXPECT_TRUE(summary["log_evidence"]["value"].is_number());
   EXPECT_EQ(summary["converged"].get<bool>(), done.exit_code == 0);
   EXPECT_EQ(count_lines(contents("out/draws.csv")), 81U);
+}
+
+// Where sigma is half the distance of the landmarks, momenta of the two priors are of different sizes.
+TEST_F(SampleProgram, TakesSmoothMomenta) {
+  const std::string model =
+      "--noise none --sigma 0.5 --lambda 1 --kernel gaussian:alpha=1 --steps 4 --align none "
+      "--method pcn --chains 1 --draws 40 --warmup 20 --searches 1 --no-picture ";
+  const ProgramRun smooth = sample_pair(model + "--momenta smooth -o smooth"),
+                   kernel = sample_pair(model + "-o kernel");
+  EXPECT_THAT(smooth.out, HasSubstr("lambda 1 of smooth momenta, sigma 0.5"));
+  const nlohmann::json record = read_json("smooth/summary.json"), other = read_json("kernel/summary.json");
+  EXPECT_EQ(record["momentum_prior"], "smooth");
+  EXPECT_GT(std::abs(record["log_evidence"]["laplace"].get<double>() - other["log_evidence"]["laplace"].get<double>()),
+            0.1);
 }
 
 using SampleSignals = WithSignals<SampleProgram>;
@@ -115,6 +131,7 @@ TEST_F(SampleProgram, WritesTheNodesOfATree) {
   for (const auto& [options, message] :
        {std::pair<std::string, std::string>{kTree + "--noise none", "a tree needs noise"},
         {kTree + "--noise ch-sd:beta=1 --lambda fit", "'lambda' has no effect on a tree"},
+        {kTree + "--noise ch-sd:beta=1 --momenta smooth", "--momenta is the prior of momenta"},
         {"leaves.csv --noise ch-sd:beta=1", "no TARGET is given"},
         {"root.csv root.csv --tree tree.nwk --noise ch-sd:beta=1", "the tree has no node 'root'"},
         {"root.csv leaves.csv --tree root.csv --noise ch-sd:beta=1", "root.csv:1: "}}) {
@@ -142,6 +159,7 @@ TEST_F(SampleProgram, RefusesWhatCannotBeSampled) {
   expect_refused("-o out --noise ch-sd:beta=1,on=fit", "'on' is not a positive parameter");
   expect_refused("-o out --noise ch-sd:beta=1 --method nutz", "unknown sampler 'nutz'");
   expect_refused("-o out --noise ch-sd:beta=1 --chains 0", "--chains");
+  expect_refused("-o out --noise ch-sd:beta=1 --momenta rough", "unknown prior of the momenta 'rough'");
   expect_refused("-o out --noise ch-sd:beta=1 --calibrate 5 --fault beta", "NAME=FACTOR");
 }
 

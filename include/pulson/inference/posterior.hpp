@@ -13,6 +13,7 @@
 #include "pulson/inference/diagnostics.hpp"
 #include "pulson/matching/registration.hpp"
 #include "pulson/posterior/branch.hpp"
+#include "pulson/posterior/momentum_prior.hpp"
 
 namespace pulson::inference {
 
@@ -24,15 +25,16 @@ struct ParameterPrior {
 };
 
 using posterior::Branch;
+using posterior::MomentumPrior;
 
 /// The posterior of one or more targets, each an independent path from the source,
 ///
 ///     y = q(T) + N(0, R),   p0 ~ N(0, (λ(K(q0) + εI))⁻¹),   ΔW ~ N(0, Δt),   log θ_j ~ N(log m_j, s_j²),
 ///
-/// with one θ for all; or of a tree of paths, where the shapes at its leaves are observed and p0 = 0. ε = 1e-3 λσ²/T²,
-/// at the medians: momenta in directions whose eigenvalue of K is below ε would move no landmark by more than 0.03 σ; ε
-/// keeps them finite where K is singular to rounding, and changes the velocities K p0 of the others by a fraction ε
-/// over their eigenvalue.
+/// with one θ for all, or momenta of another MomentumPrior, with K + εI for its K; or of a tree of paths, where the
+/// shapes at its leaves are observed and p0 = 0. ε = 1e-3 λσ²/T², at the medians: momenta in directions whose
+/// eigenvalue of K is below ε would move no landmark by more than 0.03 σ; ε keeps them finite where K is singular to
+/// rounding, and changes the velocities K p0 of the others by a fraction ε over their eigenvalue.
 struct PosteriorProblem {
   std::vector<matching::MatchingProblem> specimens;  ///< at the medians; the data are least squares
   std::vector<Landmarks> sources, targets;           ///< aligned, of the same landmarks
@@ -44,6 +46,7 @@ struct PosteriorProblem {
   /// Of the one specimen, whose source is at the root, without momenta there: parents before their children, those of
   /// one branch one after the other. Empty: each specimen is one path from source to target.
   std::vector<Branch> tree;
+  MomentumPrior momenta = MomentumPrior::kKernel;
   std::vector<ParameterPrior> parameters;  ///< θ, may be empty
   std::vector<std::string> notes;          ///< what a user should know, a line each
 };

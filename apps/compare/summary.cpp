@@ -36,12 +36,7 @@ bool differ_beyond_sigma(const compare::Comparison& comparison) {
 }
 
 // Without noise, or with noise that the fit sets to zero.
-bool is_geodesic(const compare::CohortFit& fit) {
-  bool has_noise = fit.noise != "none";
-  for (const compare::FittedNumber& number : fit.fitted)
-    if (number.vanishes && number.name != "lambda") has_noise = false;
-  return !has_noise;
-}
+bool is_geodesic(const compare::CohortFit& fit) { return fit.noise == "none" || fit.noise_vanishes(); }
 
 // Where σ is fitted, too, a noise of the same effect is a part of it.
 bool is_part_of_sigma(const compare::Comparison& comparison, const compare::CohortFit& fit) {
@@ -145,9 +140,7 @@ std::string verdict(const compare::Comparison& comparison) {
   for (std::size_t i = 1; i < rows.size(); ++i)
     if (!rows[i].model->is_behind()) equal.push_back(shortened_spec(rows[i].model->noise));
   const compare::CohortFit& fit = rows.front().model->fit;
-  const auto vanishes = [](const compare::FittedNumber& number) { return number.vanishes && number.name == "lambda"; };
-  if (is_geodesic(fit) && std::any_of(fit.fitted.begin(), fit.fitted.end(), vanishes))
-    return nothing_to_tell(comparison);
+  if (is_geodesic(fit) && fit.momenta_vanish()) return nothing_to_tell(comparison);
   if (is_geodesic(fit)) return verdict_of_geodesic(comparison);
   if (equal.empty()) return fmt::format("these shapes are best explained by {}", shortened_spec(best));
   return fmt::format("these shapes favour {}, but do not distinguish it from {}", shortened_spec(best),

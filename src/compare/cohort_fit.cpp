@@ -20,6 +20,18 @@ double CohortFit::score() const {
   return log_evidence - 0.5 * static_cast<double>(fitted.size()) * std::log(static_cast<double>(shapes.size()));
 }
 
+bool CohortFit::noise_vanishes() const {
+  const auto scales = [](const FittedNumber& number) { return number.scales_noise; };
+  return std::any_of(fitted.begin(), fitted.end(), scales) &&
+         std::all_of(fitted.begin(), fitted.end(),
+                     [&](const FittedNumber& number) { return number.vanishes || !scales(number); });
+}
+
+bool CohortFit::momenta_vanish() const {
+  return std::any_of(fitted.begin(), fitted.end(),
+                     [](const FittedNumber& number) { return number.vanishes && number.name == "lambda"; });
+}
+
 namespace {
 
 // Momenta and noise have priors; numbers that are fitted have none.

@@ -271,10 +271,7 @@ void test_against_none(Comparison& comparison, const std::vector<NoiseChoice>& n
     if (models[i].fit.fitted.size() <= none->fit.fitted.size()) continue;
     const double gain = models[i].fit.log_evidence - none->fit.log_evidence;
     if (!std::isfinite(gain)) continue;
-    const bool same =
-        std::any_of(models[i].fit.fitted.begin(), models[i].fit.fitted.end(),
-                    [](const FittedNumber& number) { return number.vanishes && number.name != "lambda"; });
-    models[i].p_value = gain > 0 && !same ? 0.5 * std::erfc(std::sqrt(gain)) : 1;
+    models[i].p_value = gain > 0 && !models[i].fit.noise_vanishes() ? 0.5 * std::erfc(std::sqrt(gain)) : 1;
     if (drawn.empty()) continue;
     const double of_steps = models[i].fit.step_error.value - none->fit.step_error.value;
     const double of_these_steps = gain - (std::isfinite(of_steps) ? of_steps : 0);  // as of the cohorts drawn

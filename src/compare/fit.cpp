@@ -85,6 +85,7 @@ std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found&
     const bool determined = std::isfinite(errors[i]) && found.intervals.low.size() > 0;
     const double low = determined ? found.intervals.low[i] : kUndefined,
                  high = determined ? found.intervals.high[i] : kUndefined;
+    fitted.scales_noise = number.kind == ModelNumber::Kind::kAmplitude;
     if (number.is_variance()) {
       const bool is_lambda = number.kind == ModelNumber::Kind::kLambda;
       fitted.vanishes = x[i] < 2 * kNegligible;
@@ -245,16 +246,6 @@ CohortFit without_noise(const CohortModel& cohort, const Matches& matches, Cohor
   return fit;
 }
 
-bool all_noise_vanishes(const CohortModel& cohort, const CohortFit& fit) {
-  bool all = true, any = false;
-  for (Index i = 0; i < cohort.count(); ++i) {
-    if (cohort.open()[at(i)].kind != ModelNumber::Kind::kAmplitude) continue;
-    any = true;
-    all = all && fit.fitted[at(i)].vanishes;
-  }
-  return any && all;
-}
-
 }  // namespace
 
 CohortFit fit_model(const CohortModel& cohort, const CohortFit* none) {
@@ -266,7 +257,7 @@ CohortFit fit_model(const CohortModel& cohort, const CohortFit* none) {
   const Found found = find_numbers(cohort, no_noise ? &*no_noise : nullptr);
   Matches matches = matches_at(cohort, found);
   CohortFit fit = record(cohort, found, matches);
-  if (no_noise && (all_noise_vanishes(cohort, fit) || !(fit.log_evidence > none->log_evidence))) {
+  if (no_noise && (fit.noise_vanishes() || !(fit.log_evidence > none->log_evidence))) {
     matches = *std::move(no_noise);
     fit = without_noise(cohort, matches, std::move(fit), *none);
   }

@@ -27,16 +27,6 @@ constexpr double kMatchedRms = 3;  // σ, as the first condition of Registration
 // hundredth of that λ, and with a hundred times as much the search stops at 39.
 constexpr double kVanishing = 0.05;
 
-bool momenta_vanish(const CohortFit& fit) {
-  return std::any_of(fit.fitted.begin(), fit.fitted.end(),
-                     [](const FittedNumber& number) { return number.vanishes && number.name == "lambda"; });
-}
-
-bool noise_vanishes(const CohortFit& fit) {
-  return std::any_of(fit.fitted.begin(), fit.fitted.end(),
-                     [](const FittedNumber& number) { return number.vanishes && number.name != "lambda"; });
-}
-
 // Nodes of the most probable path of a shape; none where the integrator finds none.
 std::vector<Points> path_of(const Cohort& cohort, const CohortFit& fit, const CohortSettings& settings, int target) {
   const matching::MatchingProblem problem = shape_problem(cohort, fit, settings, target);
@@ -76,11 +66,11 @@ std::optional<LeastCostPaths> least_cost_paths(const Cohort& cohort, const Cohor
   parallel_for(static_cast<int>(count), [&](int s) {
     matching::MatchingProblem problem = shape_problem(cohort, fit, settings, s);
     problem.grid.steps = std::max(problem.grid.steps, kFewestSteps);
-    if (momenta_vanish(fit))
+    if (fit.momenta_vanish())
       problem.lambda = std::min(problem.lambda, problem.system.kernel.at_zero() * std::pow(problem.grid.time, 2) /
                                                     std::pow(kVanishing * problem.sigma, 2));
     problem.lambda /= problem.grid.time;  // the energy is λH there, λ∫H dt here
-    if (noise_vanishes(fit)) problem.system.noise = make_noise("none");
+    if (fit.noise_vanishes()) problem.system.noise = make_noise("none");
     try {
       const matching::PathSolution found = least_cost_path(problem, path_of(cohort, fit, settings, s));
       const Points& end = found.path.end();

@@ -61,7 +61,8 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
             "{:.3g}{}, may be either; only a measured sigma distinguishes them, or landmarks that change order",
             model.noise, number.name, model.fit.sigma, number.vanishes ? "" : " beside the noise"));
       else if (number.vanishes)
-        notes.push_back(fmt::format("{}: the fit sets this noise to zero ({} vanishes)", model.noise, number.name));
+        notes.push_back(fmt::format("{}: the fit sets {} to zero ({} vanishes)", model.noise,
+                                    model.fit.noise_vanishes() ? "this noise" : "a term of this noise", number.name));
       else if (number.acts_as_sigma())
         notes.push_back(
             fmt::format("{}: {} and sigma have nearly the same effect (correlation {:.2f}): too small a sigma looks "

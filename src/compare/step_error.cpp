@@ -24,10 +24,8 @@ constexpr double kErrorOfLaplace = 0.5;
 
 // A fit that noise did not improve is that of none.
 bool is_without_noise(const CohortFit& fit) {
-  return std::any_of(fit.fitted.begin(), fit.fitted.end(),
-                     [](const FittedNumber& number) { return number.vanishes && number.name != "lambda"; }) &&
-         std::all_of(fit.shapes.begin(), fit.shapes.end(),
-                     [](const ShapeFit& shape) { return shape.increments.isZero(0); });
+  return fit.noise_vanishes() && std::all_of(fit.shapes.begin(), fit.shapes.end(),
+                                             [](const ShapeFit& shape) { return shape.increments.isZero(0); });
 }
 
 ShapeFit refined(const ShapeFit& shape, int doublings) {

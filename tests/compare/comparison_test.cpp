@@ -71,6 +71,20 @@ TEST(CompareModels, ReversalsOnALineCallForNoiseInThePositions) {
   EXPECT_GT(comparison.models[0].paths->total.value, stochastic.paths->total.value);
 }
 
+// And its evidence is tested against that of no noise.
+TEST(CompareModels, ASumOfWhichOneTermVanishesIsNoise) {
+  CompareOptions options = quick();
+  options.settings.sigma = 0.05;
+  const Landmarks source = line(6);
+  CohortShapes shapes{source, drawn_shapes(source, "ch-sd:beta=0.6", 20, options.settings, 10, 1)};
+  const ComparedModel sum = compare_models(shapes, {"none", "ch-sd+trouve-vialard"}, options).models[1];
+  EXPECT_EQ(std::count_if(sum.fit.fitted.begin(), sum.fit.fitted.end(),
+                          [](const FittedNumber& number) { return number.scales_noise && number.vanishes; }),
+            1);
+  EXPECT_FALSE(sum.fit.noise_vanishes());
+  EXPECT_LT(sum.p_value, 1e-3);
+}
+
 TEST(CompareModels, SmoothShapesOnALineDoNot) {
   CompareOptions options = quick();
   const Landmarks source = line(6);

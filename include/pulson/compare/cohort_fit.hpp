@@ -71,6 +71,7 @@ struct FittedNumber {
   /// less near a bound; wider by what the samples leave uncertain. NaN where the deviation is, unless the number
   /// vanishes.
   double low = 0, high = 0;
+  bool scales_noise = false;  ///< an amplitude of the noise
 };
 
 /// A model's match of one shape: the maximum of its posterior, and Laplace's approximation there.
@@ -128,6 +129,10 @@ struct CohortFit {
   /// Minus half of Schwarz's criterion: log_evidence − (k/2) log n for k fitted numbers and n shapes, which are the
   /// independent units.
   double score() const;
+  /// Whether amplitudes of the noise are fitted, and all of them vanish: of a sum no term is left.
+  bool noise_vanishes() const;
+  /// Whether momenta are fitted, and there are none.
+  bool momenta_vanish() const;
 };
 
 /// Fits a noise model to a cohort: the shapes are independent draws from

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -43,6 +44,37 @@ double crossing(double low, double fall_low, double high, double fall_high) {
 // The place of e^step times the variance.
 double moved(double place, double step) { return std::log1p(std::exp(step) * std::expm1(place)); }
 
+// The evidence of matches by draws as far as these tell it at all places that are asked for, else Laplace's. The latter
+// falls as noise rises where that of draws does not (10 shapes of 6 landmarks, noise of 14 σ: −0.18 and +0.12 nats), so
+// that ends by it are too low: they held for 81 of 100 such cohorts.
+class EvidenceOfMatches {
+ public:
+  explicit EvidenceOfMatches(const CohortModel& cohort) : cohort_(cohort) {}
+
+  double operator()(double place, const Matches& matches) {
+    greatest_ = std::max(greatest_, matches.log_evidence);
+    if (!by_draws_ || matches.log_evidence < greatest_ - kHopelesslyBelow) return matches.log_evidence;
+    const auto known = known_.find(place);
+    if (known != known_.end() && known->second.laplace == matches.log_evidence) return known->second.by_draws;
+    const std::optional<double> found = evidence_by_draws(cohort_, matches);
+    if (!found) {
+      by_draws_ = false;
+      return matches.log_evidence;
+    }
+    known_[place] = {matches.log_evidence, *found};
+    return *found;
+  }
+
+ private:
+  struct Both {
+    double laplace = 0, by_draws = 0;
+  };
+  const CohortModel& cohort_;
+  bool by_draws_ = true;
+  double greatest_ = -std::numeric_limits<double>::infinity();
+  std::map<double, Both> known_;
+};
+
 // How many kinds of variance explain what varies at CohortModel::start().
 auto variances(const CohortModel& cohort) {
   return std::count_if(cohort.open().begin(), cohort.open().end(),
@@ -69,6 +101,7 @@ double greatest_noise_share(const CohortModel& cohort, const Matches& about) {
   for (Index g = 0; g < cohort.count(); ++g) {
     if (cohort.open()[at(g)].kind != ModelNumber::Kind::kAmplitude) continue;
     HeldNumber held(cohort, g, about);
+    EvidenceOfMatches of_matches(cohort);
     std::vector<double> places{held.start()};
     const double all = static_cast<double>(variances(cohort)) * std::expm1(cohort.start()[g]);
     for (double part = kFirstPart;; part *= kNextPart) {
@@ -85,7 +118,7 @@ double greatest_noise_share(const CohortModel& cohort, const Matches& about) {
     }
     const auto evidence = [&](double place) {
       const HeldNumber::Place* found = held.at_place(place);
-      return found == nullptr ? -std::numeric_limits<double>::infinity() : found->matches.log_evidence;
+      return found == nullptr ? -std::numeric_limits<double>::infinity() : of_matches(place, found->matches);
     };
     const auto fall = [&](double place) {
       double best = evidence(place);

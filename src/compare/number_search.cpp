@@ -77,6 +77,22 @@ class Search {
 
   Found again(const Matches& near) { return {settled(near, box_, kTurnsAgain)}; }
 
+  bool has_draws() const { return cohort_.settings().importance_samples > 0 && cohort_.shapes() >= kFewestSampled; }
+
+  std::optional<Evidence> sampled_at(const VectorXd& x, const Matches& chords,
+                                     std::vector<Eigen::MatrixXd>& starts) const {
+    try {
+      const SampledCohort sampled = sample_cohort(cohort_, x, chords, draws(), starts);
+      if (!sampled.enough) return std::nullopt;
+      const double of_mean = cohort_.of_own_mean(x);
+      Evidence evidence{sampled.log_evidence + of_mean, VectorXd(kDrawGroups)};
+      for (int g = 0; g < kDrawGroups; ++g) evidence.without_group[g] = sum_of_log_means(sampled.log_sets, g) + of_mean;
+      return evidence;
+    } catch (const Error&) {
+      return std::nullopt;
+    }
+  }
+
   // Where the kernel is much too wide, matches do not converge and no slope leads to a better width, so that the best
   // of those a factor of 2 apart is taken.
   Matches first_matches() {
@@ -199,25 +215,12 @@ class Search {
 
   int draws() const { return std::clamp(kDrawsOfCohort / cohort_.shapes(), kFewestDraws, kMostDraws); }
 
-  std::optional<Evidence> sampled_at(const VectorXd& x, const Matches& chords, std::vector<Eigen::MatrixXd>& starts) {
-    try {
-      const SampledCohort sampled = sample_cohort(cohort_, x, chords, draws(), starts);
-      if (!sampled.enough) return std::nullopt;
-      const double of_mean = cohort_.of_own_mean(x);
-      Evidence evidence{sampled.log_evidence + of_mean, VectorXd(kDrawGroups)};
-      for (int g = 0; g < kDrawGroups; ++g) evidence.without_group[g] = sum_of_log_means(sampled.log_sets, g) + of_mean;
-      return evidence;
-    } catch (const Error&) {
-      return std::nullopt;
-    }
-  }
-
   // By the samples, or by Laplace's approximation where they do not tell it.
   Found best_candidate(const std::vector<Matches>& candidates) {
     const auto less = [](const Matches& a, const Matches& b) { return a.log_evidence < b.log_evidence; };
     const Matches* best = &*std::max_element(candidates.begin(), candidates.end(), less);
     bool sampled = false;
-    if (cohort_.settings().importance_samples > 0 && cohort_.shapes() >= kFewestSampled) {
+    if (has_draws()) {
       double greatest = -std::numeric_limits<double>::infinity();
       for (const Matches& candidate : candidates) {
         std::vector<Eigen::MatrixXd> starts;
@@ -318,5 +321,13 @@ std::optional<Matches> find_matches_at(const CohortModel& cohort, Index held, do
 }
 
 Found find_numbers_near(const CohortModel& cohort, const Matches& near) { return Search(cohort).again(near); }
+
+std::optional<double> evidence_by_draws(const CohortModel& cohort, const Matches& about) {
+  const Search search(cohort);
+  if (!search.has_draws()) return std::nullopt;
+  std::vector<Eigen::MatrixXd> starts;
+  const std::optional<Evidence> evidence = search.sampled_at(about.x, about, starts);
+  return evidence ? std::optional(evidence->value) : std::nullopt;
+}
 
 }  // namespace pulson::compare

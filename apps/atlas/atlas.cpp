@@ -251,6 +251,7 @@ bool check_outputs(const AtlasArguments& arguments, const Files& files, const st
 int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
   std::vector<std::string> notes;
   const std::vector<Landmarks> shapes = arguments.read(notes);
+  log_step(fmt::format("read {}", counted(std::ssize(shapes), "shape")));
   cohort::AtlasOptions options = arguments.atlas_options();
   const std::vector<ShapeModelInput> models = read_shape_models(arguments, shapes, notes);
   AtlasResults results;
@@ -278,7 +279,9 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
   const double start = seconds_now();
   Progress progress;
   options.on_iteration = [&](int iteration, double movement) {
-    progress.show(fmt::format("iteration {}: the template moved by {:.2g} diameters", iteration, movement));
+    const std::string done = fmt::format("iteration {}: the template moved by {:.2g} diameters", iteration, movement);
+    progress.show(done);
+    log_step(done);
   };
   try {
     MatchRounds rounds(std::move(run), checkpoint, saved);
@@ -295,8 +298,10 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
   for (const Landmarks& shape : shapes) results.names.push_back(shape.name);
   for (const std::string& note : notes_of_names(shapes))
     notes.push_back(note + "; landmark tables number them, as in NAME#3");
+  log_step("matched the shapes");
   find_statistics(results, arguments, without_suspects(results.atlas, shapes), models);
   progress.clear();
+  log_step("found modes and statistics");
   results.seconds = seconds_now() - start;
   notes.insert(notes.end(), results.atlas.notes.begin(), results.atlas.notes.end());
   notes.insert(notes.end(), results.notes.begin(), results.notes.end());  // of the statistics

@@ -81,6 +81,7 @@ int run_comparison(const CompareArguments& arguments, const compare::CohortShape
   arguments.output.check(kComparisonFiles, kComparisonPictures);
   const compare::Comparison comparison = compare_models(shapes, noises, options);
   progress.clear();
+  log_step("compared the models");
   const double seconds = seconds_now() - start;
   notes.insert(notes.end(), comparison.notes.begin(), comparison.notes.end());
   RunResults results(arguments.output);
@@ -110,6 +111,7 @@ int run_compare(const CompareArguments& arguments, const CLI::App& verb) {
                     ranks::size()));
   std::vector<std::string> notes;
   const compare::CohortShapes shapes = arguments.read(notes);
+  log_step(fmt::format("read {}", counted(std::ssize(shapes.targets), "shape")));
   const compare::CompareOptions options = arguments.compare_options(shapes, notes);
   return run_comparison(arguments, shapes, options, notes);
 }

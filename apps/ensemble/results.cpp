@@ -116,7 +116,6 @@ void EnsembleOutput::check() const {
 int EnsembleOutput::finish(const records::EnsembleRun& run) const {
   RunResults results(output);
   write_results(run, *this, results);
-  log_step("wrote the results");
   print_notes(run.notes);
   if (output.prints()) {
     print_summary(run);

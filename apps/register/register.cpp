@@ -261,7 +261,6 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   const records::RegistrationFacts& facts = match.facts;
   RunResults results(arguments.output);
   const auto field = write_results(registration, facts, background, arguments.field, notes, results);
-  log_step("wrote the results");
   print_notes(notes);
   if (arguments.output.prints()) {
     print_registration(registration, facts, arguments.kernel);

@@ -178,7 +178,11 @@ inference::PosteriorProblem SampleArguments::problem(const SampleShapes& shapes,
           : inference::make_tree_problem(shapes.source, shapes.tree, shapes.targets, options, model.priors());
   made.momenta = prior;
   notes.insert(notes.end(), made.notes.begin(), made.notes.end());
-  return time.is_automatic() ? with_sufficient_steps(std::move(made), sampler.seed) : made;
+  log_step(fmt::format("fitted: kernel {}", made.specimens.front().system.kernel.spec(4)));
+  if (!time.is_automatic()) return made;
+  made = with_sufficient_steps(std::move(made), sampler.seed);
+  log_step(fmt::format("chose {} steps", made.specimens.front().grid.steps));
+  return made;
 }
 
 inference::CalibrationOptions SampleArguments::calibration() const {

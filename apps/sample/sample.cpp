@@ -251,6 +251,7 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
         fmt::format("interrupted: the chains are saved in '{}'; continue with --resume", saved.file().string()));
     return kNotConverged;
   }
+  log_step(fmt::format("sampled and confirmed, {:.1f} s of it warm-up", sampled.warmup_seconds));
   PosteriorSummary found = summarise_posterior(sampled);
   std::vector<std::string> doubts = warnings_of(found, sampled, problem.specimens.front().grid.steps);
   const PosteriorResults results{std::move(problem), std::move(options), std::move(sampled),
@@ -267,6 +268,7 @@ int run_sample(const SampleArguments& arguments, const CLI::App& verb) {
                     ranks::size()));
   std::vector<std::string> notes;
   const SampleShapes shapes = arguments.read(notes);
+  log_step(fmt::format("read {}", counted(std::ssize(shapes.targets), "target")));
   return run_posterior(arguments, shapes, settings_of(verb), notes);
 }
 

@@ -55,6 +55,7 @@ void RunResults::commit(const std::string& name, const std::string& record, Json
   StagedFiles::commit_together(folders);
   written_ = files_.names();
   write_outside([&] { output_.write_json(text); });
+  log_step("wrote the numbers");
 }
 
 void RunResults::write_outside(const std::function<void()>& write) {
@@ -100,6 +101,7 @@ fs::path RunResults::draw(const std::string& stem, const std::function<void(cons
   }
   written_.insert(written_.end(), names.begin(), names.end());
   drawn_.insert(stem);
+  log_step(fmt::format("drew {}", stem));
   note_missing_font();
   fs::path file = shown(stem);
   if (!narrow.empty()) narrow_[file] = std::move(narrow);
@@ -132,6 +134,7 @@ void RunResults::add_page(const std::function<html::HtmlReport()>& make) {
 }
 
 void RunResults::finish() const {
+  log_step("wrote the results");
   if (!failure_) return;
   try {
     std::rethrow_exception(failure_);

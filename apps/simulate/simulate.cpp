@@ -185,7 +185,6 @@ int run_simulate(const SimulateArguments& arguments) {
       arguments.field.field_of(simulation.system.kernel, simulation.samples.front().path, arguments.every);
   RunResults results(arguments.output);
   write_results(simulation, start.notes, arguments, field, results);
-  log_step("wrote the results");
   print_notes(start.notes);
   if (arguments.output.prints()) {
     print_summary(simulation);

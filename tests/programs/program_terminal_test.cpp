@@ -206,6 +206,16 @@ TEST_F(TerminalProgram, TellsAsMuchAsIsAsked) {
   EXPECT_THAT(verbose.err, AllOf(HasSubstr(" s read a.csv and b.csv: 3 and 3 landmarks in 2D\n"),
                                  HasSubstr(" s iteration 1: cost "), HasSubstr(" s fitted: kernel matern32:alpha="),
                                  HasSubstr(" s wrote the results\n"), Not(HasSubstr("\r"))));
+  // Of every verb that takes long, so that no part of it is dark.
+  for (const auto& [command, step] :
+       {std::pair{"sample a.csv b.csv --steps 2 --chains 1 --warmup 4 --draws 8", " s sampled and confirmed"},
+        std::pair{"sample a.csv b.csv --chains 1 --warmup 4 --draws 8", " s chose "},
+        std::pair{"compare a.csv b.csv --noise none --steps 4", " s compared the models\n"},
+        std::pair{"atlas a.csv b.csv --max-iterations 2", " s matched the shapes\n"}})
+    EXPECT_THAT(run(words(std::string(command) + " -v -o steps")).err,
+                AllOf(HasSubstr(" s read "), HasSubstr(step), HasSubstr(" s wrote the numbers\n"),
+                      HasSubstr(" s drew "), HasSubstr(" s wrote the results\n")))
+        << command;
   const ProgramRun both = run(joined(fit, words("-q -v")));
   EXPECT_EQ(both.exit_code, 2);
   EXPECT_EQ(count_lines(both.err), 1U);

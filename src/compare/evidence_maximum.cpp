@@ -15,6 +15,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+// Nats of Laplace's evidence that draws may take off again: what they add is alike (12.0 and 12.2 nats of 20 shapes
+// without noise and with much, of 10 shapes 1.0 and 1.3).
+constexpr double kNotMadeUp = 2;
 constexpr double kStencil = 0.7;  // standard deviations: a third derivative enters by its half, draws' errors by 1/0.7
 constexpr double kLeastStencil = 1e-3;  // of x, whatever the metric has: it is of logarithms, at most kStencil
 // Of the metric's: the linear models' curvature is right to a factor of a few, or the number is not determined.
@@ -116,6 +119,21 @@ std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, con
       value, model, box, start, {.tolerance = kAtMaximum, .most_steps = kMostSteps, .most_halvings = kMostHalvings});
   best.converged = found.converged || (any && are_known && found.gain < kPromised);
   return best;
+}
+
+BestPlace best_place(const std::vector<PlaceEvidence>& places) {
+  std::optional<std::size_t> known, unknown;  // the best of those that draws tell, and by Laplace's of the others
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const PlaceEvidence& place = places[i];
+    if (place.by_draws) {
+      if (!known || *place.by_draws > *places[*known].by_draws) known = i;
+    } else if (!unknown || place.laplace > places[*unknown].laplace) {
+      unknown = i;
+    }
+  }
+  if (known && (!unknown || places[*unknown].laplace <= places[*known].laplace + kNotMadeUp)) return {*known, true};
+  const auto less = [](const PlaceEvidence& a, const PlaceEvidence& b) { return a.laplace < b.laplace; };
+  return {static_cast<std::size_t>(std::max_element(places.begin(), places.end(), less) - places.begin()), false};
 }
 
 double drop_of_ninety(double from_bound) {

@@ -57,6 +57,20 @@ std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, con
 /// covers 90 %, 1.642 at the bound; Q is the normal distribution's upper tail (G. Feldman and R. Cousins 1998).
 double drop_of_ninety(double from_bound);
 
+/// The evidence of a place from where numbers may be sought.
+struct PlaceEvidence {
+  double laplace = 0;
+  std::optional<double> by_draws{};  ///< none where draws do not tell it
+};
+
+/// The best of some places, by draws where these tell it; by Laplace's approximation where they tell it of none, or not
+/// that of one which is far better by the latter.
+struct BestPlace {
+  std::size_t index = 0;
+  bool by_draws = false;
+};
+BestPlace best_place(const std::vector<PlaceEvidence>& places);
+
 /// Standard deviations of a normal law on either side, within which 90 % is; and the drop far from any bound.
 inline constexpr double kNinety = 1.644854;
 inline constexpr double kDropOfNinety = kNinety * kNinety / 2;

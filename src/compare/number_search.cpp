@@ -26,9 +26,6 @@ constexpr double kLost = 5;                            // nats below the best tu
 constexpr int kMostBackoffs = 6;                       // halvings of a turn, where there is no path
 constexpr double kLevels[] = {1.5, 2.7, 0};            // x of noise at which a search begins: amplitudes of 5, 9, 0 σ
 constexpr double kHopeless = 15;  // nats of Laplace's evidence below the greatest, which samples do not make up for
-// The same of those whose samples do not tell it: what samples add is alike (12.0 and 12.2 nats of 20 shapes without
-// noise and with much, of 10 shapes 1.0 and 1.3).
-constexpr double kNotMadeUp = 2;
 constexpr int kLarge = 32, kFew = 16;  // shapes; a large cohort's first search is that of few of them
 constexpr int kFewestSampled = 3;      // shapes: fewer have deviations far larger than the bias of Laplace's numbers
 constexpr int kDrawsOfCohort = 960, kFewestDraws = 16, kMostDraws = 48;  // of a shape the latter two
@@ -218,26 +215,16 @@ class Search {
 
   int draws() const { return std::clamp(kDrawsOfCohort / cohort_.shapes(), kFewestDraws, kMostDraws); }
 
-  // By the samples, or by Laplace's approximation where they do not tell it, or not that of a better one.
-  Found best_candidate(const std::vector<Matches>& candidates) {
-    const auto less = [](const Matches& a, const Matches& b) { return a.log_evidence < b.log_evidence; };
-    const Matches& by_laplace = *std::max_element(candidates.begin(), candidates.end(), less);
-    const Matches* by_samples = nullptr;
-    double best_unknown = -std::numeric_limits<double>::infinity();  // Laplace's of those that samples do not tell
-    if (has_draws()) {
-      double greatest = -std::numeric_limits<double>::infinity();
-      for (const Matches& candidate : candidates) {
-        std::vector<Eigen::MatrixXd> starts;
-        const std::optional<Evidence> evidence = sampled_at(candidate.x, candidate, starts);
-        if (!evidence) best_unknown = std::max(best_unknown, candidate.log_evidence);
-        if (!evidence || !(evidence->value > greatest)) continue;
-        greatest = evidence->value;
-        by_samples = &candidate;
-      }
+  Found best_candidate(const std::vector<Matches>& candidates) const {
+    std::vector<PlaceEvidence> places;
+    for (const Matches& candidate : candidates) {
+      PlaceEvidence& place = places.emplace_back(PlaceEvidence{candidate.log_evidence});
+      std::vector<Eigen::MatrixXd> starts;
+      if (!has_draws()) continue;
+      if (const auto evidence = sampled_at(candidate.x, candidate, starts)) place.by_draws = evidence->value;
     }
-    if (by_samples == nullptr) return {by_laplace, {}, false};
-    const bool misses_better = best_unknown > by_samples->log_evidence + kNotMadeUp;
-    return misses_better ? Found{by_laplace, {}, false} : Found{*by_samples, {}, true};
+    const BestPlace best = best_place(places);
+    return {candidates[best.index], {}, best.by_draws};
   }
 
   EvidenceAt evidence(const Found& found) {

@@ -34,7 +34,19 @@ constexpr double kRareExchange = 0.2;
 // What leads out of tails and to other minima.
 constexpr const char* kTempering = "--method pcn --temperatures 8";
 
-std::string remedy_for(const inference::PosteriorDraws& draws) {
+// Radians of a step of hmc: 0.003 for 77 dense landmarks that move by themselves, 0.048 where directions of their
+// momenta fade that move them by less than √3 deviations.
+constexpr double kShortStep = 0.05;
+constexpr const char* kSmooth = ", or --momenta smooth --method rto";
+
+// Whether momenta of high frequency are what bends the paths.
+bool needs_smooth_momenta(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws) {
+  return problem.momenta == inference::MomentumPrior::kKernel && problem.tree.empty() &&
+         problem.specimens.front().system.noise->traits().displacement.has_landmarks() && draws.step_angle < kShortStep;
+}
+
+std::string remedy_for(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws) {
+  if (needs_smooth_momenta(problem, draws)) return kSmooth;
   if (draws.exchanged.empty()) return fmt::format(", or {}", kTempering);
   const double least = *std::min_element(draws.exchanged.begin(), draws.exchanged.end());
   return least < kRareExchange
@@ -60,24 +72,26 @@ std::string tail_warning(const inference::PosteriorDraws& draws) {
 }
 
 // Chains that did not move, or are too short for their diagnostics.
-std::string undefined_warning(const PosteriorSummary& summary, const inference::PosteriorDraws& draws) {
-  return fmt::format("the chains have not converged: R-hat or effective sample sizes of {} are undefined, as {}",
+std::string undefined_warning(const inference::PosteriorProblem& problem, const PosteriorSummary& summary,
+                              const inference::PosteriorDraws& draws) {
+  return fmt::format("the chains have not converged: R-hat or effective sample sizes of {} are undefined, as {}{}",
                      summary.undefined,
                      draws.acceptance > 0
                          ? "draws hardly change, or are too few; take more --draws and --warmup"
-                         : "no move was accepted; take more --warmup, in which the steps are adapted, or --method hmc");
+                         : "no move was accepted; take more --warmup, in which the steps are adapted, or --method hmc",
+                     needs_smooth_momenta(problem, draws) ? kSmooth : "");
 }
 
-std::vector<std::string> warnings_of(const PosteriorSummary& summary, const inference::PosteriorDraws& draws,
-                                     int steps) {
+std::vector<std::string> warnings_of(const inference::PosteriorProblem& problem, const PosteriorSummary& summary,
+                                     const inference::PosteriorDraws& draws) {
   constexpr double kFewEffective = 400;
   std::vector<std::string> warnings;
   if (!summary.undefined.empty())
-    warnings.push_back(undefined_warning(summary, draws));
+    warnings.push_back(undefined_warning(problem, summary, draws));
   else if (!(summary.worst_rhat <= inference::kHighRhat))
     warnings.push_back(fmt::format(
         "the chains have not converged: R-hat of {} is {:.4f}, more than {}; take more --draws and --warmup{}",
-        summary.worst, summary.worst_rhat, inference::kHighRhat, remedy_for(draws)));
+        summary.worst, summary.worst_rhat, inference::kHighRhat, remedy_for(problem, draws)));
   else if (summary.refuted)
     warnings.push_back(refuted_warning(draws));
   else if (summary.heavy_tail)
@@ -86,7 +100,7 @@ std::vector<std::string> warnings_of(const PosteriorSummary& summary, const infe
   if (std::abs(finer.value) - 2 * finer.standard_error > inference::kStepError)
     warnings.push_back(
         fmt::format("the steps are long: with twice as many log p(y) is {:+.3f} ± {:.2g} from here; take --steps {}",
-                    finer.value, finer.standard_error, 2 * steps));
+                    finer.value, finer.standard_error, 2 * problem.specimens.front().grid.steps));
   double least = summary.ess_min;
   for (const NamedSummary& parameter : summary.parameters)
     least = std::fmin(least, std::fmin(parameter.numbers.ess_bulk, parameter.numbers.ess_tail));
@@ -253,7 +267,7 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
   }
   log_step(fmt::format("sampled and confirmed, {:.1f} s of it warm-up", sampled.warmup_seconds));
   PosteriorSummary found = summarise_posterior(sampled);
-  std::vector<std::string> doubts = warnings_of(found, sampled, problem.specimens.front().grid.steps);
+  std::vector<std::string> doubts = warnings_of(problem, found, sampled);
   const PosteriorResults results{std::move(problem), std::move(options), std::move(sampled),
                                  std::move(found),   std::move(notes),   std::move(doubts)};
   return write_results(results, saved, output);

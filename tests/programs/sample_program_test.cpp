@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -65,6 +66,24 @@ TEST_F(SampleProgram, TakesSmoothMomenta) {
   EXPECT_EQ(record["momentum_prior"], "smooth");
   EXPECT_GT(std::abs(record["log_evidence"]["laplace"].get<double>() - other["log_evidence"]["laplace"].get<double>()),
             0.1);
+}
+
+// A ring of 40 landmarks that move by themselves, much wider a kernel than they are apart.
+TEST_F(SampleProgram, NamesSmoothMomentaWhereDenseLandmarksDoNotConverge) {
+  std::ofstream source("ring.csv"), target("oval.csv");
+  for (int a = 0; a < 40; ++a) {
+    const double x = std::cos(0.05 * a * std::numbers::pi), y = std::sin(0.05 * a * std::numbers::pi);
+    source << x << ',' << y << '\n';
+    target << 1.2 * x + 0.2 * y * y << ',' << 0.8 * y << '\n';
+  }
+  source.close();
+  target.close();
+  const std::string rest =
+      " --kernel matern32:alpha=2 --lambda 10 --sigma 0.01 --steps 4 --chains 2 --draws 20 --warmup 80 "
+      "--no-picture -o dense";
+  const ProgramRun done = run(words("sample ring.csv oval.csv --noise ch-sd:beta=3%" + rest));
+  EXPECT_EQ(done.exit_code, 3);
+  EXPECT_THAT(done.err, HasSubstr(", or --momenta smooth --method rto\n"));
 }
 
 using SampleSignals = WithSignals<SampleProgram>;

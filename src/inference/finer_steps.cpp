@@ -91,7 +91,7 @@ Estimate evidence_of_finer_steps(const ChainSetting& setting, const std::vector<
       one = of_specimen(setting, theta, s, finer[s], draws);
       if (one.estimate.standard_error <= accuracy) break;
       // One counts in any case, and the others are not more in proportion.
-      if ((one.effective - 1) * static_cast<double>(most_of_one / draws) < kFewEffective) break;
+      if ((one.effective - 1) * static_cast<double>(most_of_one) < kFewEffective * static_cast<double>(draws)) break;
     }
     sum.value += one.estimate.value;
     sum.standard_error = std::hypot(sum.standard_error, one.estimate.standard_error);

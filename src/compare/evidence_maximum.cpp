@@ -122,7 +122,7 @@ std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, con
 }
 
 BestPlace best_place(const std::vector<PlaceEvidence>& places) {
-  std::optional<std::size_t> known, unknown;  // the best of those that draws tell, and by Laplace's of the others
+  std::optional<std::size_t> known, unknown;  // the best of those that draws determine, and by Laplace's of the others
   for (std::size_t i = 0; i < places.size(); ++i) {
     const PlaceEvidence& place = places[i];
     if (place.by_draws) {

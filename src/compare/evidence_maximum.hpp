@@ -60,11 +60,11 @@ double drop_of_ninety(double from_bound);
 /// The evidence of a place from where numbers may be sought.
 struct PlaceEvidence {
   double laplace = 0;
-  std::optional<double> by_draws{};  ///< none where draws do not tell it
+  std::optional<double> by_draws{};  ///< none where draws do not determine it
 };
 
-/// The best of some places, by draws where these tell it; by Laplace's approximation where they tell it of none, or not
-/// that of one which is far better by the latter.
+/// The best of some places, by draws where these determine it; by Laplace's approximation where they do so for none, or
+/// not that of one which is far better by the latter.
 struct BestPlace {
   std::size_t index = 0;
   bool by_draws = false;

@@ -9,9 +9,9 @@ namespace pulson::compare {
 double noise_share(const CohortModel& cohort, const Matches& about, const Eigen::VectorXd& x);
 
 /// The greatest share that the shapes do not exclude: of the amplitudes at which the evidence, by draws where these
-/// tell it, is at most what a one-sided interval of 90 % allows below its greatest, all other numbers where Laplace's
-/// is greatest. The greatest over the amplitudes; 0 where none is fitted. At some amplitudes the others are sought
-/// anew, as fits with much noise are far from the one without.
+/// determine it, is at most what a one-sided interval of 90 % allows below its greatest, all other numbers where
+/// Laplace's is greatest. The greatest over the amplitudes; 0 where none is fitted. At some amplitudes the others are
+/// sought anew, as fits with much noise are far from the one without.
 /// @param about at x of the fit
 double greatest_noise_share(const CohortModel& cohort, const Matches& about);
 

@@ -38,8 +38,8 @@ std::optional<Matches> find_matches_at(const CohortModel& cohort, Eigen::Index h
 /// The same from matches that are near.
 Found find_numbers_near(const CohortModel& cohort, const Matches& near);
 
-/// The evidence at matches by as many draws as the search takes; none where they do not tell it, or the settings have
-/// none.
+/// The evidence at matches by as many draws as the search takes; none where they do not determine it, or the settings
+/// have none.
 std::optional<double> evidence_by_draws(const CohortModel& cohort, const Matches& about);
 
 }  // namespace pulson::compare

@@ -45,7 +45,7 @@ double crossing(double low, double fall_low, double high, double fall_high) {
 double moved(double place, double step) { return std::log1p(std::exp(step) * std::expm1(place)); }
 
 // The evidence of matches by draws as far as these determine it at all places that are asked for, else Laplace's. The
-// latter falls as noise rises where that of draws does not (10 shapes of 6 landmarks, noise of 14 σ: −0.18 and +0.12
+// latter falls as noise rises where that of draws does not (10 shapes of 6 landmarks, noise of 9 σ: −0.18 and +0.12
 // nats), so that ends by it are too low: they held for 81 of 100 such cohorts.
 class EvidenceOfMatches {
  public:

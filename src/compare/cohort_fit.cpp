@@ -37,7 +37,7 @@ namespace {
 // Momenta and noise have priors; numbers that are fitted have none.
 void require_determined_numbers(const CohortModel& cohort, const std::string& name) {
   Eigen::Index coordinates = 0;
-  for (int s = 0; s < cohort.shapes(); ++s) coordinates += cohort.specimen(s).data();
+  for (int s = 0; s < cohort.shapes(); ++s) coordinates += cohort.specimen(s).coordinates();
   require_determined_parameters(fmt::format("noise '{}' is", name), cohort.count(), coordinates,
                                 "give more shapes or landmarks, or numbers such as lambda");
 }

@@ -32,13 +32,18 @@ constexpr double kOtherRange = 3.4;      // of other logarithms: a factor of 30
 constexpr posterior::MinimumOptions kRoughly{.tolerance = 1e-2, .most_steps = 15, .most_halvings = 3};
 constexpr double kDifference = 1e-3;  // of x, for derivatives of covariances: exact to 1e-6
 
+// |r|² at an end.
+double misfit(const Specimen& specimen, const Specimen::Model& model, const VectorXd& end) {
+  return specimen.residual(model, end).head(specimen.coordinates()).squaredNorm();
+}
+
 // Root mean square of what is observed of the shapes' differences from the source, length units.
 double difference(const std::vector<Specimen>& specimens, const Specimen::Model& model, double sigma) {
   double sum = 0;
   Index count = 0;
   for (const Specimen& specimen : specimens) {
-    sum += specimen.residual(model, specimen.problem().source.reshaped()).squaredNorm();
-    count += specimen.data();
+    sum += misfit(specimen, model, specimen.problem().source.reshaped());
+    count += specimen.coordinates();
   }
   return sigma * std::sqrt(std::max(sum / static_cast<double>(count), 1.0));
 }
@@ -128,15 +133,18 @@ void CohortModel::find_units() {
   double excess = 0;
   Index data = 0;
   for (const Specimen& specimen : specimens_) {
-    const auto n = static_cast<double>(specimen.data());
-    excess += std::max(specimen.residual(model, source.reshaped()).squaredNorm(), 2 * n) - n;
-    data += specimen.data();
+    const auto n = static_cast<double>(specimen.coordinates());
+    excess += std::max(misfit(specimen, model, source.reshaped()), 2 * n) - n;
+    data += specimen.coordinates();
   }
   excess /= static_cast<double>(data);
-  const auto n = static_cast<double>(first.data());
+  const auto n = static_cast<double>(first.coordinates());
   const auto groups = static_cast<double>(
       std::count_if(open_.begin(), open_.end(), [](const ModelNumber& number) { return number.is_variance(); }));
-  const double trace = at_rest.covariance(model).trace();
+  const auto variance_at = [&](const Specimen::Model& other) {
+    return at_rest.covariance(other).diagonal().head(first.coordinates()).sum();
+  };
+  const double variance = variance_at(model);
   box_ = {VectorXd(count()), VectorXd(count())};
   start_ = VectorXd::Zero(count());
   for (Index i = 0; i < count(); ++i) {
@@ -156,7 +164,7 @@ void CohortModel::find_units() {
       twice.noise = noise_.model->with_parameters(more);
     }
     const double v = is_lambda ? 1 / numbers.lambda : std::pow(theta[number.parameter], 2);
-    const double effect = (at_rest.covariance(first.model(twice)).trace() - trace) / n;
+    const double effect = (variance_at(first.model(twice)) - variance) / n;
     number.unit = kUnit * v / effect;
     box_.least[i] = std::log1p(kNegligible);
     box_.most[i] = kMostVariance;
@@ -277,6 +285,7 @@ Matches CohortModel::match_with(const Starts& starts_of, const VectorXd& x, Effo
   const posterior::MinimumOptions options = effort == Effort::kRough ? kRoughly : posterior::MinimumOptions{};
   const posterior::Numbers numbers = this->numbers(x);
   Matches matches{x, specimens_.front().model(numbers), std::vector<Minimum>(specimens_.size()), {}, 0};
+  matches.model.size_exponent = specimens_.front().size_exponent(matches.model);
   if (own_mean_) matches.at_rest = own_mean_->at_rest(matches.model);
   const Index at_once = posterior::ShotBatch(specimens_.front(), matches.model).at_once();
   parallel_for(static_cast<int>((shapes() + at_once - 1) / at_once), [&](int group) {
@@ -291,9 +300,9 @@ Matches CohortModel::match_with(const Starts& starts_of, const VectorXd& x, Effo
     std::vector<Minimum> found = find_minima(specimens, matches.model, starts, options);
     for (int s = first; s < last; ++s) {
       Minimum& match = matches.minima[at(s)] = std::move(found[at(s - first)]);
-      const double data = match.cost - 0.5 * match.z.squaredNorm();
       const Specimen& specimen = specimens_[at(s)];
-      if (effort == Effort::kThorough && (!match.converged || data > static_cast<double>(specimen.data()))) {
+      const auto poor = 2 * static_cast<double>(specimen.coordinates());
+      if (effort == Effort::kThorough && (!match.converged || misfit(specimen, matches.model, match.end) > poor)) {
         const matching::MatchingObjective objective(problem(numbers, s));
         const VectorXd other = minimise(objective, {}).solution.z;
         const VectorXd begin = specimen.white(matches.model, objective.momenta(other), objective.increments(other));
@@ -309,7 +318,7 @@ Matches CohortModel::match_with(const Starts& starts_of, const VectorXd& x, Effo
 
 double CohortModel::laplace(const Matches& matches) const {
   double sum = of_own_mean(matches, matches.model);
-  for (const Minimum& match : matches.minima) sum += LinearAt(*match.linear, matches.model).log_evidence();
+  for (const Minimum& match : matches.minima) sum += LinearAt(*match.linear, matches.model).laplace();
   return sum;
 }
 
@@ -324,23 +333,37 @@ namespace {
 // −½ cᵀC⁻¹c − ½ log det C − log volume, and what derivatives take of it.
 struct OfShape {
   OfShape(const posterior::LinearModel& linear, const Specimen::Model& model)
-      : covariance(linear.covariance(model)), factors(covariance), weighed(factors.solve(linear.offset())) {
+      : covariance(linear.covariance(model)),
+        factors(covariance),
+        weighed(factors.solve(linear.offset())),
+        units(linear.specimen().units(model)) {
     Specimen::Model of_data = model;
     of_data.sigma = 1;  // C has σ
     value = -0.5 * linear.offset().dot(weighed) - factors.matrixLLT().diagonal().array().log().sum() -
-            linear.specimen().log_volume(of_data);
+            linear.specimen().log_volume(of_data) + linear.specimen().size_excess(model, residual());
+  }
+
+  // At the mean.
+  VectorXd residual() const { return units.cwiseProduct(weighed); }
+  // Of ½|r_B|² by what C changes by.
+  double slope_of_size(const MatrixXd& change, Index coordinates) const {
+    const Index sizes = weighed.size() - coordinates;
+    if (sizes == 0) return 0;
+    const VectorXd moved = units.cwiseProduct(factors.solve(change * weighed));
+    return -residual().tail(sizes).dot(moved.tail(sizes));
   }
 
   MatrixXd covariance;
   Eigen::LLT<MatrixXd> factors;
   VectorXd weighed;
+  VectorXd units;
   double value = 0;
 };
 
 }  // namespace
 
 double CohortModel::linear_value(const Matches& about, const VectorXd& x) const {
-  const Specimen::Model model = this->model(x);
+  const Specimen::Model model = this->model(x, about);
   VectorXd values(shapes());
   parallel_for(shapes(), [&](int s) { values[s] = OfShape(*about.minima[at(s)].linear, model).value; });
   return values.sum() + of_own_mean(about, model);
@@ -348,9 +371,9 @@ double CohortModel::linear_value(const Matches& about, const VectorXd& x) const 
 
 SecondOrder CohortModel::linear_evidence_with(const Matches& about, const VectorXd& x, bool with_sigma) const {
   const Index n = count() + (with_sigma ? 1 : 0);
-  const Specimen::Model model = this->model(x);
+  const Specimen::Model model = this->model(x, about);
   std::vector<Specimen::Model> aside;
-  for (Index i = 0; i < count(); ++i) aside.push_back(this->model(x + kDifference * VectorXd::Unit(count(), i)));
+  for (Index i = 0; i < count(); ++i) aside.push_back(this->model(x + kDifference * VectorXd::Unit(count(), i), about));
   if (with_sigma) {
     aside.push_back(model);
     aside.back().sigma *= std::exp(kDifference);
@@ -366,7 +389,8 @@ SecondOrder CohortModel::linear_evidence_with(const Matches& about, const Vector
       const MatrixXd change = (linear.covariance(aside[at(i)]) - here.covariance) / kDifference;
       const MatrixXd half = here.factors.matrixL().solve(change);
       parts.emplace_back(here.factors.matrixL().solve(MatrixXd(half.transpose())));
-      of_shape.gradient[i] = 0.5 * (here.weighed.dot(change * here.weighed) - parts.back().trace());
+      of_shape.gradient[i] = 0.5 * (here.weighed.dot(change * here.weighed) - parts.back().trace()) +
+                             here.slope_of_size(change, linear.specimen().coordinates());
       for (Index j = 0; j <= i; ++j)
         of_shape.information(i, j) = of_shape.information(j, i) = 0.5 * parts[at(i)].cwiseProduct(parts[at(j)]).sum();
     }

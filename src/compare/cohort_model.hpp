@@ -74,6 +74,12 @@ class CohortModel {
   const Eigen::VectorXd& start() const { return start_; }
   posterior::Numbers numbers(const Eigen::VectorXd& x) const;
   posterior::Specimen::Model model(const Eigen::VectorXd& x) const { return specimens_.front().model(numbers(x)); }
+  /// As linear models of those matches know it.
+  posterior::Specimen::Model model(const Eigen::VectorXd& x, const Matches& about) const {
+    posterior::Specimen::Model model = this->model(x);
+    model.size_exponent = about.model.size_exponent;
+    return model;
+  }
   /// From values of the numbers in the order of open().
   Eigen::VectorXd place(const std::vector<double>& values) const;
   /// Without noise, at the numbers of a fit of `none` to the same shapes.

@@ -121,15 +121,15 @@ ShapeFit shape_fit(const CohortModel& cohort, const Matches& matches, int shape)
   const auto shot = specimen.shoot(matches.model, match.z);  // with the bits of the integrator
   fit.end =
       shot ? shot->paths.front().final().q : Points(match.end.reshaped(problem.source.rows(), problem.source.cols()));
-  const VectorXd residual = specimen.residual(matches.model, fit.end.reshaped());
+  const VectorXd residual = specimen.residual(matches.model, fit.end.reshaped()).head(specimen.coordinates());
   const Index momenta = specimen.momentum_unknowns();
   fit.cost = {0.5 * match.z.head(momenta).squaredNorm(), 0.5 * match.z.tail(match.z.size() - momenta).squaredNorm(),
               0.5 * residual.squaredNorm()};
   const Landmarks& target = cohort.cohort().targets[at(shape)];
   const auto landmarks = static_cast<double>(target.count() - std::ssize(incomplete_points(target.points)));
   fit.rms = matches.model.sigma * problem.sigma * residual.norm() / std::sqrt(std::max(landmarks, 1.0));
-  fit.log_evidence = fit.laplace = LinearAt(*match.linear, matches.model).log_evidence();
-  fit.coordinates = static_cast<int>(specimen.data());
+  fit.log_evidence = fit.laplace = LinearAt(*match.linear, matches.model).laplace();
+  fit.coordinates = static_cast<int>(specimen.coordinates());
   fit.converged = match.converged;
   try {
     fit.flow_end = problem.integrator

@@ -89,7 +89,7 @@ const HeldNumber::Place* HeldNumber::at_place(double place) const {
 HeldNumber::Known::iterator HeldNumber::keep(double place, Matches matches) {
   VectorXd shapes(cohort_.shapes());
   for (Index s = 0; s < shapes.size(); ++s)
-    shapes[s] = posterior::LinearAt(*matches.minima[at(s)].linear, matches.model).log_evidence();
+    shapes[s] = posterior::LinearAt(*matches.minima[at(s)].linear, matches.model).laplace();
   return known_.insert_or_assign(place, Place{std::move(matches), std::move(shapes)}).first;
 }
 

@@ -79,6 +79,7 @@ std::optional<LeastCostPaths> least_cost_paths(const Cohort& cohort, const Cohor
           specimen
               .residual(specimen.model({std::make_shared<KernelOperator>(problem.system.kernel), problem.system.noise}),
                         end.reshaped())
+              .head(specimen.coordinates())
               .norm();
       const Landmarks& shape = cohort.targets[static_cast<std::size_t>(s)];
       const auto landmarks = static_cast<double>(shape.count() - std::ssize(incomplete_points(shape.points)));

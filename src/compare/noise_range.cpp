@@ -91,7 +91,7 @@ double noise_share(const CohortModel& cohort, const Matches& about, const Vector
     const LinearAt linear(*about.minima[at(s)].linear, model);
     of_momenta += linear.momentum_share();
     of_noise += linear.noise_share();
-    data += cohort.specimen(s).data();
+    data += cohort.specimen(s).coordinates();
   }
   return of_noise + of_momenta > kDetectable * static_cast<double>(data) ? of_noise / (of_noise + of_momenta) : 0;
 }

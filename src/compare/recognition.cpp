@@ -200,7 +200,7 @@ class RestModel {
     if (width_ >= 0) x[width_] = width;
     const Specimen* most = &cohort_.specimen(0);  // which has all landmarks, if any
     for (int s = 1; s < cohort_.shapes(); ++s)
-      if (cohort_.specimen(s).data() > most->data()) most = &cohort_.specimen(s);
+      if (cohort_.specimen(s).coordinates() > most->coordinates()) most = &cohort_.specimen(s);
     const auto model_of = [&](double lambda, Index amplitude) {
       posterior::Numbers numbers = cohort_.numbers(x);
       numbers.lambda = lambda;
@@ -219,10 +219,12 @@ class RestModel {
     const auto shot = most->shoot(model, z);
     if (!shot) throw NumericalError("landmarks at rest have no path");
     const LinearModel linear(*most, model, *shot, z);
-    const MatrixXd fixed = linear.covariance(model_of(rest, none));
-    std::vector<MatrixXd> parts{fixed - MatrixXd::Identity(fixed.rows(), fixed.cols()),
-                                linear.covariance(model_of(1, none)) - fixed};
-    for (const Index i : amplitudes_) parts.emplace_back(linear.covariance(model_of(rest, i)) - fixed);
+    const auto covariance_of = [&](double lambda, Index amplitude) -> MatrixXd {
+      return linear.covariance(model_of(lambda, amplitude)).topLeftCorner(most->coordinates(), most->coordinates());
+    };
+    const MatrixXd fixed = covariance_of(rest, none);
+    std::vector<MatrixXd> parts{fixed - MatrixXd::Identity(fixed.rows(), fixed.cols()), covariance_of(1, none) - fixed};
+    for (const Index i : amplitudes_) parts.emplace_back(covariance_of(rest, i) - fixed);
     return parts;
   }
 

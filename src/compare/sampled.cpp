@@ -104,12 +104,11 @@ VectorXd log_weights(const ShotBatch& shots, const LinearAt& linear, const Matri
   if (found.empty()) return weights;
   const MatrixXd residuals = draws.residuals(Eigen::all, found);
   const VectorXd densities = fitted_log_densities(shots, linear, draws.z(Eigen::all, found), residuals);
-  const double volume = shots.specimen().log_volume(shots.model());
   for (std::size_t i = 0; i < found.size(); ++i) {
     const auto from = static_cast<Index>(i);
     starts.col(found[i]) = draws.v.col(found[i]);
     if (std::isfinite(densities[from]))
-      weights[found[i]] = -0.5 * residuals.col(from).squaredNorm() - volume - densities[from];
+      weights[found[i]] = shots.specimen().log_likelihood(shots.model(), residuals.col(from)) - densities[from];
   }
   return weights;
 }
@@ -148,7 +147,7 @@ ImportanceEstimate sample_shape(const CohortModel& cohort, int shape, const Spec
 
 SampledCohort sample_cohort(const CohortModel& cohort, const VectorXd& x, const Matches& chords, int samples,
                             std::vector<DrawStarts>& starts) {
-  const Specimen::Model model = cohort.model(x);
+  const Specimen::Model model = cohort.model(x, chords);
   SampledCohort all{0, 0, std::vector<VectorXd>(static_cast<std::size_t>(cohort.shapes())), true};
   std::vector<ImportanceEstimate> of_shapes(all.log_sets.size());
   starts.resize(all.log_sets.size());
@@ -240,8 +239,7 @@ double distant_weight(const Specimen& specimen, const Specimen::Model& model, co
                          static_cast<double>(z.size()) * std::log(kWider);
   const double larger = std::max(of_prior, of_wide);
   const double density = larger + std::log(0.5 * (std::exp(of_prior - larger) + std::exp(of_wide - larger)));
-  const double weight =
-      -0.5 * (z.squaredNorm() + residual.squaredNorm()) - specimen.log_volume(model) - density - linear.log_evidence();
+  const double weight = specimen.log_likelihood(model, residual) - 0.5 * z.squaredNorm() - density - linear.laplace();
   if (!(weight > kNegligibleWeight)) return 0;
   if (contracts) {  // the iteration of the draw of η ends there: it depends on ζ and ε by η = ζ − Jᵀε alone
     VectorXd normals = VectorXd::Zero(specimen.unknowns() + specimen.data());

@@ -84,7 +84,7 @@ StepChange change_of_finer_steps(const Cohort& cohort, const NoiseChoice& noise,
       const ShapeFit& shape = fit.shapes[at(s)];
       const Minimum& match = matches.minima[at(s)];
       if (shape.converged && !match.converged) return;
-      change.laplace[at(s)] = LinearAt(*match.linear, matches.model).log_evidence() - shape.laplace;
+      change.laplace[at(s)] = LinearAt(*match.linear, matches.model).laplace() - shape.laplace;
       change.shapes[at(s)] = change.laplace[at(s)];
       if (shape.log_sets.size() == 0 || !is_sampled(shape)) return;
       DrawStarts starts;

@@ -51,9 +51,7 @@ ThetaPoint make_theta(const ChainSetting& setting, const VectorXd& phi, double p
         continue;
       }
       first.push_back(c);
-      Specimen::Model wide = theta.models.back();
-      wide.sigma *= width / std::sqrt(power);
-      linear.emplace_back(*setting.reference.minima[i][mode].linear, wide);
+      linear.emplace_back(*setting.reference.minima[i][mode].linear, theta.models.back(), width / std::sqrt(power));
     }
   }
   return theta;

@@ -59,6 +59,29 @@ VectorXd energy_by_landmark(const Registration& registration, const StochasticSy
   return energy;
 }
 
+// Where the momenta alone take the landmarks. Of a path with states p0 is that of an accurate shot: in steps of which
+// half as many end nearly there, or nowhere where strong momenta have the landmarks leave every path.
+constexpr double kSettled = 0.01;  // of the displacement
+constexpr int kMostDoublings = 4;
+std::optional<Points> flow_end(const Registration& registration, const StochasticSystem& system) {
+  const bool is_path = !registration.states.empty();
+  const std::unique_ptr<const Integrator> integrator = make_integrator(is_path ? "rk4" : registration.integrator);
+  const PhaseState start{registration.source.points, registration.momenta};
+  const StochasticSystem flow{system.kernel, make_noise("none")};
+  std::optional<Points> coarse;
+  for (int doublings = 0; doublings <= kMostDoublings; ++doublings) try {
+      TimeGrid grid = registration.grid;
+      grid.steps <<= doublings;
+      Points end = integrator->integrate(flow, start, grid, Eigen::MatrixXd(0, grid.steps)).final().q;
+      if (!is_path || (coarse && (end - *coarse).norm() <= kSettled * (end - start.q).norm())) return end;
+      coarse = std::move(end);
+    } catch (const StepError&) {  // no flow without the noise to keep the landmarks apart
+      if (!is_path) break;
+      coarse.reset();
+    }
+  return std::nullopt;
+}
+
 VectorXd data_by_landmark(const Registration& registration) {
   if (registration.data.kind != DataKind::kLandmarks) return {};
   const VectorXd parts = registration.residuals_over_sigma();
@@ -70,7 +93,6 @@ VectorXd data_by_landmark(const Registration& registration) {
 LandmarkShares landmark_shares(const Registration& registration) {
   const StochasticSystem system = registration_system(registration);
   const Points& q0 = registration.source.points;
-  const Points& p0 = registration.momenta;
   LandmarkShares shares;
   shares.energy = energy_by_landmark(registration, system);
   shares.action = action_by_landmark(registration);
@@ -80,16 +102,9 @@ LandmarkShares landmark_shares(const Registration& registration) {
     shares.noise = Points::Zero(q0.rows(), q0.cols());
     return shares;
   }
-  try {
-    // Of a path with states p0 is that of an accurate shot.
-    const std::string integrator = registration.states.empty() ? registration.integrator : "rk4";
-    const Eigen::MatrixXd still(0, registration.grid.steps);
-    const Trajectory flow =
-        make_integrator(integrator)->integrate({system.kernel, make_noise("none")}, {q0, p0}, registration.grid, still);
-    shares.flow = flow.final().q - q0;
-    shares.noise = registration.result - flow.final().q;
-  } catch (const StepError&) {
-    // no flow without the noise to keep the landmarks apart
+  if (const std::optional<Points> end = flow_end(registration, system)) {
+    shares.flow = *end - q0;
+    shares.noise = registration.result - *end;
   }
   return shares;
 }

@@ -207,7 +207,8 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
   for (Index l = 0; with == With::kProducts && l < z.cols(); ++l) {
     MatrixXd of_end(size, n);
     for (Index i = 0; i < size * n; ++i) of_end.reshaped()[i] = slopes[static_cast<std::size_t>(i * lanes + l)];
-    shots.products.emplace_back(specimen_.projection(shots.ends.col(l)) * of_end / model_.sigma);
+    shots.products.emplace_back(specimen_.units(model_).cwiseInverse().asDiagonal() *
+                                (specimen_.projection(shots.ends.col(l)) * of_end));
   }
   return shots;
 }

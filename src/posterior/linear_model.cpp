@@ -64,7 +64,7 @@ LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model,
     by_velocity_(Eigen::all, Eigen::seqN(axis, n, d)) = MatrixXd(rows.transpose());
   }
   momentum_gram_ = gram_through(by_velocity_, *root_, d);
-  offset_ = model.sigma * residual;
+  offset_ = residual.cwiseProduct(specimen.units(model));
   if (momenta.cols() > 0) offset_ -= momenta * start_.p.reshaped();
   for (std::size_t b = 0; b < branches_.size(); ++b) {
     const Specimen::Place& place = specimen.places()[b];
@@ -128,31 +128,35 @@ MatrixXd LinearModel::covariance(const Specimen::Model& model) const {
     const VectorXd ratios = group_ratios(*model.system.noise);
     for (std::size_t g = 0; g < gram_.size(); ++g) covariance += ratios[static_cast<Index>(g)] * gram_[g];
   }
-  covariance.diagonal().array() += model.sigma * model.sigma;
+  covariance.diagonal() += specimen_->units(model).cwiseAbs2();
   return covariance;
 }
 
-LinearAt::LinearAt(const LinearModel& linear, const Specimen::Model& model) : linear_(&linear), root_(model.root) {
+LinearAt::LinearAt(const LinearModel& linear, const Specimen::Model& model, double wider)
+    : linear_(&linear), root_(model.root) {
   const Specimen& specimen = *linear.specimen_;
-  scale_velocity_ = 1 / (model.sigma * std::sqrt(model.lambda));
-  offset_ = linear.offset_ / model.sigma;
+  const VectorXd units = specimen.units(model);
+  scale_data_ = (wider * units).cwiseInverse();
+  scale_velocity_ = 1 / std::sqrt(model.lambda);
+  offset_ = scale_data_.cwiseProduct(linear.offset_);
   const Index channels = specimen.channels();
-  scale_channels_ = VectorXd::Constant(channels, 1 / model.sigma);
+  scale_channels_ = VectorXd::Ones(channels);
   if (channels > 0) {
     const VectorXd ratios = linear.group_ratios(*model.system.noise);
     for (Index i = 0; i < channels; ++i)
       scale_channels_[i] *= std::sqrt(ratios[linear.group_[static_cast<std::size_t>(i)]]);
   }
-  gram_ = linear.covariance(model) / (model.sigma * model.sigma);
-  gram_.diagonal().array() -= 1;
-  log_volume_ = specimen.log_volume(model);
+  gram_ = linear.covariance(model);
+  gram_.diagonal() -= units.cwiseAbs2();
+  gram_ = scale_data_.asDiagonal() * gram_ * scale_data_.asDiagonal();
+  log_volume_ = specimen.log_volume(model) + static_cast<double>(offset_.size()) * std::log(wider);
   factorise();
+  excess_ = specimen.size_excess(model, solve(offset_));  // r at the mean is S⁻¹c
 }
 
 LinearAt LinearAt::wider(double factor) const {
   LinearAt made = *this;
-  made.scale_velocity_ /= factor;
-  made.scale_channels_ /= factor;
+  made.scale_data_ /= factor;
   made.offset_ /= factor;
   made.gram_ /= factor * factor;
   made.log_volume_ += static_cast<double>(offset_.size()) * std::log(factor);
@@ -187,22 +191,23 @@ VectorXd LinearAt::apply(const VectorXd& z) const {
     const VectorXd moved = linear_->branches_[b].end * scaled.reshaped();
     image.segment(place.first_datum, place.data).noalias() += linear_->branches_[b].by_end * moved;
   }
-  return image;
+  return scale_data_.cwiseProduct(image);
 }
 
 VectorXd LinearAt::transposed(const VectorXd& v) const {
   const Specimen& specimen = *linear_->specimen_;
   VectorXd z(specimen.unknowns());
+  const VectorXd of_data = scale_data_.cwiseProduct(v);
   if (const Index momenta = specimen.momentum_unknowns(); momenta > 0) {
     const Points& source = specimen.problem().source;
-    const VectorXd by_velocity = scale_velocity_ * (linear_->by_velocity_.transpose() * v);
+    const VectorXd by_velocity = scale_velocity_ * (linear_->by_velocity_.transpose() * of_data);
     z.head(momenta) =
         MatrixXd(by_velocity.reshaped(source.rows(), source.cols()) * root_->triangularView<Eigen::Lower>()).reshaped();
   }
   const Index channels = scale_channels_.size();
   for (std::size_t b = 0; channels > 0 && b < linear_->branches_.size(); ++b) {
     const Specimen::Place& place = specimen.places()[b];
-    const VectorXd by_end = linear_->branches_[b].by_end.transpose() * v.segment(place.first_datum, place.data);
+    const VectorXd by_end = linear_->branches_[b].by_end.transpose() * of_data.segment(place.first_datum, place.data);
     const VectorXd pulled = linear_->branches_[b].end.transpose() * by_end;
     z.segment(place.first_unknown, place.unknowns) =
         MatrixXd(scale_channels_.asDiagonal() * pulled.reshaped(channels, place.unknowns / channels)).reshaped();
@@ -229,13 +234,14 @@ MatrixXd LinearAt::product(const Specimen::Slopes& slopes, const Specimen::Model
       of_ends.noalias() = there.end * (here.end * scales.asDiagonal()).transpose();
     }
     product.block(place.first_datum, place.first_datum, place.data, place.data).noalias() +=
-        there.by_end * of_ends * here.by_end.transpose();
+        there.by_end * of_ends *
+        (here.by_end.transpose() * scale_data_.segment(place.first_datum, place.data).asDiagonal());
   }
-  return product / model.sigma;
+  return specimen.units(model).cwiseInverse().asDiagonal() * product;
 }
 
 MatrixXd LinearAt::momentum_changes(const Specimen::Model& model) const {
-  return scale_velocity_ / std::sqrt(model.lambda) * linear_->by_velocity_.transpose();
+  return scale_velocity_ / std::sqrt(model.lambda) * linear_->by_velocity_.transpose() * scale_data_.asDiagonal();
 }
 
 MatrixXd LinearAt::increment_changes() const {
@@ -248,21 +254,25 @@ MatrixXd LinearAt::increment_changes() const {
     changes.block(place.first_unknown - specimen.momentum_unknowns(), place.first_datum, place.unknowns, place.data) =
         scales.asDiagonal() * (linear_->branches_[b].end.transpose() * linear_->branches_[b].by_end.transpose());
   }
-  return changes;
+  return changes * scale_data_.asDiagonal();
 }
 
 double LinearAt::momentum_share() const {
-  return factors_.matrixLLT().triangularView<Eigen::Lower>().toDenseMatrix().squaredNorm() -
-         static_cast<double>(offset_.size()) - noise_share();
+  return gram_.diagonal().head(linear_->specimen_->coordinates()).sum() - noise_share();
 }
 
 double LinearAt::noise_share() const {
+  const Index coordinates = linear_->specimen_->coordinates();
   const Index channels = scale_channels_.size();
   VectorXd squares = VectorXd::Zero(std::ssize(linear_->gram_));
   for (Index i = 0; i < channels; ++i)
     squares[linear_->group_[static_cast<std::size_t>(i)]] = scale_channels_[i] * scale_channels_[i];
   double trace = 0;
-  for (Index g = 0; g < squares.size(); ++g) trace += squares[g] * linear_->gram_[static_cast<std::size_t>(g)].trace();
+  for (Index g = 0; g < squares.size(); ++g)
+    trace += squares[g] * linear_->gram_[static_cast<std::size_t>(g)]
+                              .diagonal()
+                              .head(coordinates)
+                              .dot(scale_data_.head(coordinates).cwiseAbs2());
   return trace;
 }
 

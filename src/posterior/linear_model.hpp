@@ -13,8 +13,9 @@ namespace pulson::posterior {
 ///
 ///     r ≈ c + G_v K p0 + G_W (ρ ∘ zW),
 ///
-/// ρ_i(θ) the strength of channel i relative to that of the models it was made with: so it holds for other θ as well,
-/// exactly for amplitudes, λ and σ where the path is linear in what moves it.
+/// r with r_B of the Specimen as its last numbers, ρ_i(θ) the strength of channel i relative to that of the models it
+/// was made with: so it holds for other θ as well, exactly for amplitudes, λ and σ where the path is linear in what
+/// moves it.
 class LinearModel {
  public:
   /// @param at a path of `z`
@@ -24,7 +25,8 @@ class LinearModel {
   LinearModel(const Specimen& specimen, const Specimen::Model& model, Specimen::Slopes slopes,
               const Eigen::VectorXd& residual, const Eigen::VectorXd& z);
 
-  /// The covariance of the data at another θ, S σ², at the σ of the data: σ²I + G_v(K + ε)G_vᵀ/λ + Σ_i ρ_i² G_i G_iᵀ.
+  /// The covariance of the data at another θ, at the σ of the data: U² + G_v(K + ε)G_vᵀ/λ + Σ_i ρ_i² G_i G_iᵀ, U the
+  /// units of the Specimen.
   Eigen::MatrixXd covariance(const Specimen::Model& model) const;
   /// c; in units of the σ of the data.
   const Eigen::VectorXd& offset() const { return offset_; }
@@ -52,8 +54,9 @@ class LinearModel {
 /// It at one θ in whitened unknowns: r ≈ Jz + c, S = I + JJᵀ.
 class LinearAt {
  public:
-  LinearAt(const LinearModel& linear, const Specimen::Model& model);
-  /// The same where σ is `factor` times as large.
+  /// @param wider all of r is divided by it, too: the density to the power wider⁻²
+  LinearAt(const LinearModel& linear, const Specimen::Model& model, double wider = 1);
+  /// The same of r divided by `factor`.
   LinearAt wider(double factor) const;
 
   Eigen::VectorXd apply(const Eigen::VectorXd& z) const;       ///< Jz
@@ -80,11 +83,15 @@ class LinearAt {
 
   double half_log_determinant() const;                   ///< ½ log det S
   double log_evidence() const { return log_evidence_; }  ///< log p(y | θ) of the linear model
+  /// Laplace's: the same but for r_B at the mean.
+  double laplace() const { return log_evidence_ + excess_; }
+  const Eigen::MatrixXd& gram() const { return gram_; }  ///< JJᵀ
 
  private:
   void factorise();
 
   const LinearModel* linear_;
+  Eigen::VectorXd scale_data_;  ///< 1/U
   double scale_velocity_ = 1;
   Eigen::VectorXd scale_channels_;  ///< C
   std::shared_ptr<const Eigen::MatrixXd> root_;
@@ -93,6 +100,7 @@ class LinearAt {
   Eigen::LLT<Eigen::MatrixXd> factors_;
   double log_volume_ = 0;
   double log_evidence_ = 0;
+  double excess_ = 0;  ///< of the size
 };
 
 }  // namespace pulson::posterior

@@ -3,6 +3,7 @@
 #include <limits>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <Eigen/QR>
 
@@ -57,20 +58,32 @@ Pose::Pose(const matching::LandmarkTerm& data, const Points& source, AlignmentKi
   std::vector<Index> complete;
   for (Index a = 0; a < source.cols(); ++a)
     for (Index axis = 0; weights_[a] > 0 && axis < d; ++axis) complete.push_back(a * d + axis);
-  gauge_ = directions_of(shape, kind, complete);
-  for (Index a = 0; a < source.cols(); ++a) gauge_.middleRows(a * d, d) *= weights_[a];
+  const auto weighed = [&](MatrixXd directions) {
+    for (Index a = 0; a < source.cols(); ++a) directions.middleRows(a * d, d) *= weights_[a];
+    return directions;
+  };
+  gauge_ = weighed(directions_of(shape, kind, complete));
+  if (kind_ == AlignmentKind::kSimilarity) {
+    size_rows_ = weighted_.reshaped().transpose() / square_.trace();
+  } else if (kind_ == AlignmentKind::kAffine) {
+    const MatrixXd columns = square_.ldlt().solve(MatrixXd(weighted_));  // B = Σ_a q_a columns_aᵀ
+    size_rows_ = MatrixXd::Zero(d * d, source.size());
+    for (Index a = 0; a < source.cols(); ++a)
+      for (Index i = 0; i < d; ++i) size_rows_(Eigen::seqN(i, d, d), a * d + i) = columns.col(a);
+  }
+  if (sizes() > 0) turning_ = weighed(directions_of(shape, AlignmentKind::kRigid, complete));
 }
 
 // Of a rotation Σ w y(Rq)ᵀ is symmetric, as of the one that fits best; of an affine map Σ w y(Gq)ᵀ = Σ w yyᵀ.
-Pose::Motion Pose::motion(const Points& q) const {
+Pose::Motion Pose::motion(AlignmentKind kind, const Points& q) const {
   const Index d = q.rows();
   Motion motion{SmallMatrix::Identity(d, d), VectorXd::Zero(d)};
   const SmallMatrix products = weighted_ * q.transpose();
-  if (kind_ == AlignmentKind::kAffine) {
+  if (kind == AlignmentKind::kAffine) {
     motion.linear = products.partialPivLu().solve(square_).transpose();
-  } else if (kind_ != AlignmentKind::kTranslation) {
+  } else if (kind != AlignmentKind::kTranslation) {
     motion.linear = nearest_orthogonal(products, std::numeric_limits<double>::infinity());
-    if (kind_ == AlignmentKind::kSimilarity)
+    if (kind == AlignmentKind::kSimilarity)
       motion.linear *= square_.trace() / motion.linear.cwiseProduct(products).sum();
   }
   motion.shift = mean_ - motion.linear * (q * weights_);
@@ -78,19 +91,31 @@ Pose::Motion Pose::motion(const Points& q) const {
 }
 
 Points Pose::apply(const Points& q) const {
-  const Motion motion = this->motion(q);
+  const Motion motion = this->motion(kind_, q);
   return (motion.linear * q).colwise() + motion.shift;
 }
 
 // As q moves, g moves gq along its own directions Z: gaugeᵀ(Z da + G dq) = 0.
-MatrixXd Pose::slopes(const MatrixXd& rows, const Points& q) const {
+MatrixXd Pose::slopes(AlignmentKind kind, const MatrixXd& gauge, const MatrixXd& rows, const Points& q) const {
   const Index d = q.rows();
-  const Motion motion = this->motion(q);
-  const MatrixXd own = motion_directions(motion.linear * q, kind_, all_coordinates(q.size()));
-  const MatrixXd by_gauge = (gauge_.transpose() * own).completeOrthogonalDecomposition().pseudoInverse();
-  MatrixXd slopes = rows - (rows * own) * by_gauge * gauge_.transpose();
+  const Motion motion = this->motion(kind, q);
+  const MatrixXd own = motion_directions(motion.linear * q, kind, all_coordinates(q.size()));
+  const MatrixXd by_gauge = (gauge.transpose() * own).completeOrthogonalDecomposition().pseudoInverse();
+  MatrixXd slopes = rows - (rows * own) * by_gauge * gauge.transpose();
   for (Index a = 0; a < q.cols(); ++a) slopes.middleCols(a * d, d) *= motion.linear;
   return slopes;
+}
+
+MatrixXd Pose::slopes(const MatrixXd& rows, const Points& q) const { return slopes(kind_, gauge_, rows, q); }
+
+VectorXd Pose::size(const Points& q) const {
+  if (sizes() == 0) return {};
+  return size_rows_ * (motion(AlignmentKind::kRigid, q).linear * q).reshaped();
+}
+
+MatrixXd Pose::size_slopes(const Points& q) const {
+  if (sizes() == 0) return MatrixXd(0, q.size());
+  return slopes(AlignmentKind::kRigid, turning_, size_rows_, q);
 }
 
 }  // namespace pulson::posterior

@@ -32,12 +32,20 @@ class Pose {
   /// R ∂(gq)/∂q. @param rows R, n×dN
   Eigen::MatrixXd slopes(const Eigen::MatrixXd& rows, const Points& q) const;
 
+  /// The size of q relative to y: of q turned and shifted onto y, the By that fits it best. The numbers of B: none
+  /// where the kind has no size, the multiple of 1 of a similarity, the d² of an affine map.
+  Eigen::VectorXd size(const Points& q) const;
+  Eigen::Index sizes() const { return size_rows_.rows(); }
+  Eigen::MatrixXd size_slopes(const Points& q) const;  ///< ∂B/∂q
+
  private:
   struct Motion {
     SmallMatrix linear;
     Eigen::VectorXd shift;
   };
-  Motion motion(const Points& q) const;
+  Motion motion(AlignmentKind kind, const Points& q) const;
+  Eigen::MatrixXd slopes(AlignmentKind kind, const Eigen::MatrixXd& gauge, const Eigen::MatrixXd& rows,
+                         const Points& q) const;
 
   AlignmentKind kind_;
   Eigen::VectorXd weights_;  // w/Σw, of landmarks that are observed completely
@@ -45,6 +53,8 @@ class Pose {
   Points weighted_;          // w_a (y_a − ȳ)
   SmallMatrix square_;       // Σ_a w_a (y_a − ȳ)(y_a − ȳ)ᵀ
   Eigen::MatrixXd gauge_;    // w_a Z_a(y)
+  Eigen::MatrixXd turning_;  // the same of rotations and shifts, where there is a size
+  Eigen::MatrixXd size_rows_;
   Eigen::MatrixXd directions_;
 };
 

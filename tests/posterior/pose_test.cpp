@@ -238,7 +238,6 @@ TEST(Pose, AFreeSizeMovesThePosterior) {
   Specimen::Model model = model_of(of.specimen);
   const FreeSize::Evidences without = of.evidences(model);
   model.size_exponent = of.specimen.size_exponent(model);
-  printf("with %g %g %g without %g %g %g\n", 0., 0., 0., without.laplace, without.draws, without.effective);
   const FreeSize::Evidences found = of.evidences(model);
   EXPECT_GT(model.size_exponent, 5);
   EXPECT_NEAR(found.draws, without.draws, 0.2);

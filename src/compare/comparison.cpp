@@ -118,6 +118,7 @@ Prediction cross_validated(const CohortShapes& shapes, const NoiseChoice& noise,
         fit_again(CohortModel(cohort, make_open_noise(noise, cohort.source), settings), of_all, training);
     const MatrixXd samples = aligned_samples(cohort, shape_problem(cohort, fit, settings, 0), options.forward_samples,
                                              settings.seed + static_cast<std::uint64_t>(fold));
+    if (samples.cols() < 2) throw NumericalError("it draws too few shapes that have a path; use more `grid.steps`");
     std::vector<Landmarks> targets;
     for (const int s : held) targets.push_back(shapes.targets[static_cast<std::size_t>(s)]);
     const std::vector<ShapePrediction> found = predict(make_cohort(cohort.source, targets, shapes.alignment), samples);
@@ -370,8 +371,11 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
     model.noise_displacement = noise_displacement(model.fit, source.cols());
     measure_maps(comparison.cohort, same, model);
     if (options.maps) model.paths = least_cost_paths(comparison.cohort, model.fit, same.settings);
-    if (options.folds > 1 && shapes.targets.size() > 1)
-      model.prediction = cross_validated(shapes, noise, same, model.fit);
+    if (options.folds > 1 && shapes.targets.size() > 1) try {
+        model.prediction = cross_validated(shapes, noise, same, model.fit);
+      } catch (const NumericalError& error) {
+        comparison.notes.push_back(fmt::format("{}: no prediction: {}", model.noise, error.what()));
+      }
     model.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     comparison.models.push_back(std::move(model));
   }

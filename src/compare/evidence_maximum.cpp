@@ -56,6 +56,10 @@ VectorXd variances_by_draws(const LocalEvidence& local, const Box& box) {
 
 }  // namespace
 
+double reach_of_differences(const MatrixXd& metric, Index number) {
+  return std::clamp(kStencil / std::sqrt(std::max(metric(number, number), 1e-6)), kLeastStencil, kStencil);
+}
+
 LocalEvidence evidence_about(const EvidenceAt& evidence, const VectorXd& x, const Evidence& here,
                              const MatrixXd& metric, const Box& box) {
   const Index n = x.size(), groups = here.without_group.size();
@@ -65,7 +69,7 @@ LocalEvidence evidence_about(const EvidenceAt& evidence, const VectorXd& x, cons
   VectorXd curvatures(n);
   for (Index i = 0; i < n; ++i) {
     const double by_metric = std::max(metric(i, i), 1e-6);
-    const double h = std::clamp(kStencil / std::sqrt(by_metric), kLeastStencil, kStencil);
+    const double h = reach_of_differences(metric, i);
     const auto beside = [&](double step) -> std::optional<Evidence> {
       const VectorXd to = x + step * VectorXd::Unit(n, i);
       if (to[i] < box.least[i] || to[i] > box.most[i]) return std::nullopt;

@@ -35,6 +35,9 @@ struct LocalEvidence {
 LocalEvidence evidence_about(const EvidenceAt& evidence, const Eigen::VectorXd& x, const Evidence& here,
                              const Eigen::MatrixXd& metric, const Box& box);
 
+/// The step of differences in a number: most of a standard deviation.
+double reach_of_differences(const Eigen::MatrixXd& metric, Eigen::Index number);
+
 /// By Newton's method. @param converged whether a further step would gain less than kAtMaximum, or none of its halves
 /// gains anything where the slope promises little
 struct EvidenceMaximum {

@@ -30,11 +30,27 @@ constexpr int kLarge = 32, kFew = 16;  // shapes; a large cohort's first search 
 constexpr int kFewestSampled = 3;      // shapes: fewer have deviations far larger than the bias of Laplace's numbers
 constexpr int kDrawsOfCohort = 960, kFewestDraws = 16, kMostDraws = 48;  // of a shape the latter two
 constexpr double kMostDeviation = 2;  // of x: a number less determined than by a factor e² is searched as if it were
-constexpr double kTrusted = 1.5;      // deviations from their matches within which draws are as effective as there
+constexpr double kTrusted = 1.5;      // deviations from their place within which what draws add is as there
 constexpr int kMostBases = 4, kMostImproved = 2;
 constexpr double kMayVanish = 3;  // deviations from 0 within which it is tried
 
 double distance(const MatrixXd& metric, const VectorXd& x) { return std::sqrt(x.dot(metric * x)); }
+
+// What draws add to Laplace's evidence, to first order about a place: of 20 shapes 12.0 nats without noise and 12.2
+// with much of it, where the evidence itself falls by tens.
+struct Added {
+  VectorXd x;
+  std::optional<Evidence> here;  // none: Laplace's stands
+  VectorXd slope;
+  MatrixXd slopes_without_group;  // a column each
+
+  Evidence to(double laplace, const VectorXd& there) const {
+    if (!here) return {laplace, {}};
+    const VectorXd step = there - x;
+    return {laplace + here->value + slope.dot(step),
+            (here->without_group + slopes_without_group.transpose() * step).array() + laplace};
+  }
+};
 
 }  // namespace
 
@@ -68,7 +84,7 @@ class Search {
     if (found.maximum) {
       std::vector<char> near_bound;
       for (const ModelNumber& number : cohort_.open()) near_bound.push_back(number.is_variance() ? 1 : 0);
-      found.intervals = find_intervals(evidence(found), found.maximum->local, box_, near_bound);
+      found.intervals = find_intervals(evidence_, found.maximum->local, box_, near_bound);
     }
     return found;
   }
@@ -227,36 +243,66 @@ class Search {
     return {candidates[best.index], {}, best.by_draws};
   }
 
-  EvidenceAt evidence(const Found& found) {
-    if (found.sampled) {
-      const auto starts = std::make_shared<std::vector<Eigen::MatrixXd>>();
-      const auto chords = std::make_shared<Matches>(found.about);
-      return [this, starts, chords](const VectorXd& x) { return sampled_at(x, *chords, *starts); };
-    }
-    const auto near = std::make_shared<Matches>(found.about);
-    return [this, near](const VectorXd& x) -> std::optional<Evidence> {
-      try {
-        const Matches there = cohort_.match(x, near.get());
-        if (!there.all_converged() && near->all_converged()) return std::nullopt;
-        return Evidence{there.log_evidence, {}};
-      } catch (const Error&) {
-        return std::nullopt;
-      }
+  // Laplace's evidence and, where draws are enough, what these add to it, about the matches that were found.
+  EvidenceAt evidence_about_matches(const Found& found, const MatrixXd& metric) const {
+    const auto near = std::make_shared<const Matches>(found.about);
+    const auto added =
+        std::make_shared<const Added>(found.sampled ? added_by_draws(*near, metric) : Added{near->x, {}, {}, {}});
+    return [this, near, added](const VectorXd& x) -> std::optional<Evidence> {
+      const std::optional<Matches> there = matches_near(*near, x);
+      if (!there) return std::nullopt;
+      return added->to(there->log_evidence, x);
     };
+  }
+
+  std::optional<Matches> matches_near(const Matches& near, const VectorXd& x) const try {
+    Matches there = cohort_.match(x, &near);
+    if (!there.all_converged() && near.all_converged()) return std::nullopt;
+    return there;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+
+  Added added_by_draws(const Matches& about, const MatrixXd& metric) const {
+    std::vector<Eigen::MatrixXd> starts;
+    const auto at_matches = [&](const Matches& matches) -> std::optional<Evidence> {
+      std::optional<Evidence> found = sampled_at(matches.x, matches, starts);
+      if (!found) return std::nullopt;
+      return Evidence{found->value - matches.log_evidence, found->without_group.array() - matches.log_evidence};
+    };
+    Added added{about.x, at_matches(about), VectorXd::Zero(cohort_.count()), {}};
+    if (!added.here) return added;
+    added.slopes_without_group = MatrixXd::Zero(cohort_.count(), added.here->without_group.size());
+    for (Index i = 0; i < cohort_.count(); ++i) {
+      const double reach = reach_of_differences(metric, i);
+      VectorXd above = about.x, below = about.x;
+      above[i] = std::min(above[i] + reach, box_.most[i]);
+      below[i] = std::max(below[i] - reach, box_.least[i]);
+      const auto beside = [&](const VectorXd& x) -> std::optional<Evidence> {
+        if (x == about.x) return added.here;
+        const std::optional<Matches> there = matches_near(about, x);
+        return there ? at_matches(*there) : std::nullopt;
+      };
+      const std::optional<Evidence> upper = beside(above), lower = beside(below);
+      const double apart = above[i] - below[i];
+      if (!upper || !lower || apart <= 0) continue;
+      added.slope[i] = (upper->value - lower->value) / apart;
+      added.slopes_without_group.row(i) = (upper->without_group - lower->without_group) / apart;
+    }
+    return added;
   }
 
   Found climbed(Found found) {
     for (int base = 0; base < kMostBases; ++base) {
       const MatrixXd metric = metric_of(cohort_.linear_evidence(found.about, found.about.x).information);
-      const EvidenceAt evidence = this->evidence(found);
+      EvidenceAt evidence = evidence_about_matches(found, metric);
       std::optional<EvidenceMaximum> best = maximise_evidence(evidence, found.about.x, metric, box_);
       if (!best) break;
-      // A maximum beyond the places that the samples know is sought by Laplace's approximation.
-      if (found.sampled && !best->converged && !best->local.is_known) return climbed({found.about, {}, false});
       vanish_if_likelier(evidence, metric, *best);
       const double far = distance(metric, best->local.x - found.about.x);
       found.maximum = std::move(best);
       found.converged = found.maximum->converged;
+      evidence_ = std::move(evidence);
       if (far < kTrusted && found.converged) break;
       try {
         found.about = cohort_.match(found.maximum->local.x, &found.about);
@@ -299,6 +345,7 @@ class Search {
   Box box_;
   Index held_ = -1;  // where a number is
   const Matches* also_ = nullptr;
+  EvidenceAt evidence_;  // about the matches that were found
 };
 
 }  // namespace

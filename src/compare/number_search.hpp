@@ -20,7 +20,7 @@ struct Found {
 
 /// The numbers of greatest evidence and their intervals: first those that the models linear about the matches have, by
 /// turns of matches and numbers (M. Lindstrom and D. Bates 1990), from a few widths of the kernel and levels of noise;
-/// from the best of these by Newton's method on the evidence itself.
+/// from the best of these by Newton's method on the evidence: Laplace's and what draws add to it, to first order.
 /// @param also matches from which they are sought, too; null: none
 Found find_numbers(const CohortModel& cohort, const Matches* also = nullptr);
 

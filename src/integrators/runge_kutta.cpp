@@ -65,13 +65,33 @@ ExplicitTableau rk4_tableau() {
   return {"rk4", a, Eigen::Vector4d(1, 2, 2, 1) / 6, 4, false};
 }
 
+namespace {
+
+// Where landmarks cannot pass each other, a step in which two turn about each other by more than a right angle, or part
+// to more than three times their distance, is longer than the flow's gradient allows: an implicit step would not
+// contract. Of 10 shapes whose landmarks on a line had changed places, geodesics by such steps had the same order.
+bool keeps_landmarks_apart(const Points& before, const Points& after) {
+  constexpr double kMostGrowth = 9;  // of squares; e² = 7.4 where Δt times the gradient is 1
+  for (Eigen::Index b = 1; b < before.cols(); ++b) {
+    const Points from = before.leftCols(b).colwise() - before.col(b), to = after.leftCols(b).colwise() - after.col(b);
+    const auto turned = (from.array() * to.array()).colwise().sum() < 0;
+    const auto parted = to.array().square().colwise().sum() > kMostGrowth * from.array().square().colwise().sum();
+    if (turned.any() || parted.any()) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
 Integrator::StepOutcome RungeKuttaIntegrator::do_step(const StochasticSystem& system, const PhaseState& start,
-                                                      double dt, const VectorXd& w, RootSearch /*search*/) const {
+                                                      double dt, const VectorXd& w, RootSearch search) const {
   if (is_at_rest(system, start))
     return {.end = {combined(tableau_, start.q, run_rest_stages(tableau_, *system.noise, w, start.q).slope), start.p},
             .stage_momenta = {}};
-  return {.end = combined(tableau_, start, run_stages(tableau_, StepField(system, dt, w), start).slope),
-          .stage_momenta = {}};
+  PhaseState end = combined(tableau_, start, run_stages(tableau_, StepField(system, dt, w), start).slope);
+  const bool is_short = search == RootSearch::kThorough || !tableau_.noise || !system.noise->traits().diffeomorphic ||
+                        keeps_landmarks_apart(start.q, end.q);
+  return {.end = std::move(end), .stage_momenta = {}, .found = is_short};
 }
 
 PhaseState RungeKuttaIntegrator::do_tangent(const Step& step, const PhaseState& start_change, const VectorXd& w_change,

@@ -31,7 +31,7 @@ std::vector<TaskDefaults> make_table() {
       {"gaussian:alpha=fit", "each model has its own width, from one family, so that they are compared by their noise"},
       fitted,
       fitted,
-      {"variational-2", "of second order, symplectic, for every noise"},
+      heun,
       {"auto", "so many that the ends are exact to a tenth of sigma"},
       none,
       {"auto", "similarity about a mean, else none"}};

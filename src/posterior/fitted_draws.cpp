@@ -130,10 +130,15 @@ class DrawSearch {
       if (!nearer.empty()) {
         std::vector<MatrixXd> slopes = shots_.products(draws_.z(Eigen::all, nearer));
         for (std::size_t i = 0; i < nearer.size(); ++i) {
+          if (slopes[i].size() == 0) {  // derivatives that overflow
+            part[nearer[i]] = 0;
+            continue;
+          }
           slopes[i].diagonal().array() += 1;
           step.col(nearer[i]) = slopes[i].partialPivLu().solve(missing(nearer[i]));
         }
       }
+      std::erase_if(next, [&](Index l) { return part[l] == 0; });
       left = std::move(next);
     }
   }

@@ -49,21 +49,13 @@ MatrixXd of_lanes(const std::vector<double>& values, Index rows, Index count, in
 int LaneShots::lanes() { return static_cast<int>(HWY_DYNAMIC_DISPATCH(ShotLaneCount)()); }
 
 bool LaneShots::knows(const Specimen& specimen, const Specimen::Model& model) {
-  const NoiseTraits traits = model.system.noise->traits();
-  if (has_own(model.system.kernel.terms())) return false;
-  const bool is_heun = specimen.problem().integrator->name() == "heun" && traits.hamiltonian && traits.additive &&
-                       specimen.momentum_unknowns() > 0 && specimen.problem().source.size() <= kMostCoordinates &&
-                       lanes() >= 2;
-  return is_heun || knows_derivatives(specimen, model);
-}
-
-bool LaneShots::knows_derivatives(const Specimen& specimen, const Specimen::Model& model) {
   if (has_own(model.system.kernel.terms())) return false;
   const matching::MatchingProblem& problem = specimen.problem();
   const NoiseTraits traits = model.system.noise->traits();
-  return specimen.momentum_unknowns() > 0 && problem.integrator->name() == "variational-2" && traits.hamiltonian &&
-         (traits.additive || bump_fields(*model.system.noise)) && problem.source.size() <= kMostCoordinates &&
-         lanes() >= 2;
+  const std::string integrator = problem.integrator->name();
+  return specimen.momentum_unknowns() > 0 && (integrator == "variational-2" || integrator == "heun") &&
+         traits.hamiltonian && (traits.additive || bump_fields(*model.system.noise)) &&
+         problem.source.size() <= kMostCoordinates && lanes() >= 2;
 }
 
 LaneShots::LaneShots(const Specimen& specimen, const Specimen::Model& model, const LinearAt* chord)
@@ -165,6 +157,7 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
   arguments.landmarks = static_cast<int>(problem.source.cols());
   arguments.steps = steps;
   arguments.heun = problem.integrator->name() == "heun";
+  arguments.keeps_order = traits.diffeomorphic;
   arguments.derivatives = with != With::kNothing;
   arguments.columns = static_cast<int>(n);
   arguments.half = problem.grid.dt() / 2;

@@ -17,7 +17,8 @@ struct LaneShotArguments {
   int steps = 0;
   bool derivatives = false;  ///< of q(T), dN rows, or the paths alone
   int columns = 0;           ///< n, of `slopes`
-  bool heun = false;         ///< its steps in place of those of `variational-2`: of paths alone, and additive noise
+  bool heun = false;         ///< its steps in place of those of `variational-2`
+  bool keeps_order = false;  ///< whether landmarks cannot pass each other: a step in which they do has no path
   double half = 0;           ///< ½Δt
   const std::vector<KernelTerm>* terms = nullptr;
   bool moves_positions = false, moves_momenta = false;  ///< the noise
@@ -46,15 +47,13 @@ struct LaneShotArguments {
   std::vector<double>* workspace = nullptr;
 };
 
-/// Shoots paths of the integrator `variational-2` of one model, as many at once as a vector has lanes, where the noise
-/// is additive and Hamiltonian, or of bumps over space, and landmarks are few; without derivatives also those of `heun`
-/// where the noise is additive: with the same steps as
+/// Shoots paths of the integrators `heun` and `variational-2` of one model, as many at once as a vector has lanes,
+/// where the noise is additive and Hamiltonian, or of bumps over space, and landmarks are few: with the same steps as
 /// Integrator::integrate() and its derivatives, whose results they equal to within 1e-10 of the shape's size.
 class LaneShots {
  public:
-  /// Whether there is vector code for the model, and whether for its derivatives, too.
+  /// Whether there is vector code for the model.
   static bool knows(const Specimen& specimen, const Specimen::Model& model);
-  static bool knows_derivatives(const Specimen& specimen, const Specimen::Model& model);
 
   /// @param chord whose J products() have; null: none
   LaneShots(const Specimen& specimen, const Specimen::Model& model, const LinearAt* chord);

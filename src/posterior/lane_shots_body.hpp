@@ -78,7 +78,8 @@ class LaneShooter {
     const int matrix = m_ * m_;
     const int nodes = (g.steps + 1) * m_;
     const int of_bumps = g.bumps * n_ * (1 + d) + 2 * g.steps * m_ + rows_ * g.bumps * d;
-    const int in_all = 3 * nodes + 3 * m_ + n_ * n_ * (2 + d) + 3 * matrix + 2 * m_ * rows_ + of_bumps;
+    const int of_heun = g.heun ? nodes + 2 * m_ * rows_ : 0;
+    const int in_all = 3 * nodes + 3 * m_ + n_ * n_ * (2 + d) + 3 * matrix + 2 * m_ * rows_ + of_bumps + of_heun;
     g.workspace->resize(static_cast<std::size_t>(in_all * lanes_));
     next_ = g.workspace->data();
     q_ = take(nodes);
@@ -95,6 +96,11 @@ class LaneShooter {
     system_ = take(matrix);
     q_bar_ = take(m_ * rows_);
     p_bar_ = take(m_ * rows_);
+    if (g.heun) {
+      before_ = take(nodes);
+      q_pull_ = take(m_ * rows_);
+      p_pull_ = take(m_ * rows_);
+    }
     if (g.bumps == 0) return;
     fields_ = take(g.bumps * n_);
     gradients_ = take(g.bumps * n_ * d);
@@ -119,7 +125,7 @@ class LaneShooter {
     for (int i = 0; i < m_; ++i) all = hn::Add(all, hn::Add(At(end, i), At(p_, i)));
     const Flags finite = hn::Lt(hn::Abs(all), Constant(1e300));
     Put(hn::IfThenElseZero(hn::AndNot(lost_, finite), Constant(1)), g_.found, 0);
-    if (g_.derivatives) Sweep();
+    if (g_.derivatives) g_.heun ? HeunSweep() : Sweep();
   }
 
  private:
@@ -259,35 +265,122 @@ class LaneShooter {
     lost_ = hn::Or(lost_, hn::Not(done));
   }
 
-  // Of noise that is additive: both stages have the same kicks.
+  // What the noise adds to (q, p) in a step, with the fields at x.
+  void Kicks(int k, const double* x, const double* p, double* of_q, double* of_p) {
+    if (g_.bumps == 0) {
+      const auto copy = [&](bool moves, const double* kicks, double* to) {
+        moves ? Copy(kicks + static_cast<std::size_t>(k * m_ * lanes_), to, m_) : Clear(to, m_);
+      };
+      copy(g_.moves_positions, g_.q_kicks, of_q);
+      copy(g_.moves_momenta, g_.p_kicks, of_p);
+      return;
+    }
+    Fields(x, true);
+    Displacements(k, 1, of_q);
+    for (int a = 0; a < n_; ++a) {
+      Vector mixed[d * d];
+      Mixed(k, a, mixed);
+      for (int i = 0; i < d; ++i) {
+        Vector sum = hn::Zero(Tag());
+        for (int j = 0; j < d; ++j) sum = hn::NegMulAdd(mixed[j * d + i], At(p, a * d + j), sum);
+        Put(sum, of_p, a * d + i);
+      }
+    }
+  }
+
+  // With x₁ = x + g(x): x + ½g(x) + ½g(x₁), g of flow and noise.
   void HeunStep(int k) {
     const double* q = node(q_, k);
     double* next = node(q_, k + 1);
     double* stage_q = node(stage_, k);
     double* stage_p = node(second_, k);
-    const int first = k * m_;
-    const auto kick = [&](bool moves, const double* kicks, int i) {
-      return moves ? At(kicks, first + i) : hn::Zero(Tag());
-    };
+    const Vector half = Constant(0.5);
+    Copy(p_, node(before_, k), m_);
+    Kicks(k, q, p_, tangent_, hessian_);  // which paths do not need
     Jets(q);
     Velocity(p_, y_);
     Force(p_, c_);
     for (int i = 0; i < m_; ++i) {
       const Vector v = At(y_, i), f = At(c_, i);
-      const Vector moved = hn::Add(hn::Add(At(q, i), v), kick(g_.moves_positions, g_.q_kicks, i));
-      const Vector pushed = hn::Add(hn::Sub(At(p_, i), f), kick(g_.moves_momenta, g_.p_kicks, i));
+      const Vector of_q = hn::Mul(half, At(tangent_, i)), of_p = hn::Mul(half, At(hessian_, i));
+      const Vector moved = hn::Add(hn::Add(At(q, i), v), of_q);
+      const Vector pushed = hn::Add(hn::Sub(At(p_, i), f), of_p);
       Put(moved, next, i);
       Put(pushed, p_, i);
-      Put(hn::Add(moved, v), stage_q, i);
-      Put(hn::Sub(pushed, f), stage_p, i);
+      Put(hn::Add(hn::Add(moved, v), of_q), stage_q, i);
+      Put(hn::Add(hn::Sub(pushed, f), of_p), stage_p, i);
     }
+    Kicks(k, stage_q, stage_p, tangent_, hessian_);
     Jets(stage_q);
     Velocity(stage_p, y_);
     Force(stage_p, c_);
     for (int i = 0; i < m_; ++i) {
-      Put(hn::Add(At(next, i), At(y_, i)), next, i);
-      Put(hn::Sub(At(p_, i), At(c_, i)), p_, i);
+      Put(hn::Add(At(next, i), hn::MulAdd(half, At(tangent_, i), At(y_, i))), next, i);
+      Put(hn::Sub(hn::MulAdd(half, At(hessian_, i), At(p_, i)), At(c_, i)), p_, i);
     }
+    if (g_.keeps_order) CheckTurns(q, next, kMostGrowth);
+  }
+
+  // Adds rows times ½Dg at (x, p) of step k, and to by_weights_ what weights of bumps have of them.
+  void HeunPull(int k, const double* x, const double* p, const double* q_bar, const double* p_bar, double* q_to,
+                double* p_to) {
+    Jets(x);
+    Matrices(p);
+    AddVelocities(q_bar, p_to);
+    AddProduct(-1, tangent_, p_bar, p_to, m_, rows_);
+    AddProduct(-1, hessian_, p_bar, q_to, m_, rows_);
+    TransposeTangent();
+    AddProduct(1, tangent_, q_bar, q_to, m_, rows_);
+    if (g_.bumps == 0) return;
+    Fields(x, true);
+    for (int a = 0; a < n_; ++a) {
+      Vector mixed[d * d], bent[d * d];
+      Mixed(k, a, mixed);
+      Bent(k, a, x, p, bent);
+      for (int r = 0; r < rows_; ++r) {
+        const int first = r * m_ + a * d;
+        Vector of_q[d], of_p[d];
+        for (int e = 0; e < d; ++e) {
+          of_q[e] = hn::Mul(Constant(0.5), At(q_bar, first + e));
+          of_p[e] = hn::Mul(Constant(0.5), At(p_bar, first + e));
+        }
+        for (int i = 0; i < d; ++i) {
+          Vector to_q = At(q_to, first + i), to_p = At(p_to, first + i);
+          for (int j = 0; j < d; ++j) {
+            to_q = hn::MulAdd(mixed[j * d + i], of_q[j], to_q);
+            to_q = hn::NegMulAdd(bent[i * d + j], of_p[j], to_q);  // symmetric
+            to_p = hn::NegMulAdd(mixed[i * d + j], of_p[j], to_p);
+          }
+          Put(to_q, q_to, first + i);
+          Put(to_p, p_to, first + i);
+        }
+        AddByWeights(r, a, p, g_.beta, of_q, of_p);
+      }
+    }
+  }
+
+  // With t = x̄'·½Dg(x₁): kicks that are the same at x and x₁ have x̄' + t, and x̄ = x̄' + t + (x̄' + 2t)·½Dg(x).
+  void HeunSweep() {
+    BeginSweep();
+    for (int k = g_.steps - 1; k >= 0; --k) {
+      ForgetWeights();
+      Clear(q_pull_, m_ * rows_);
+      Clear(p_pull_, m_ * rows_);
+      HeunPull(k, node(stage_, k), node(second_, k), q_bar_, p_bar_, q_pull_, p_pull_);
+      const auto add = [&](double* bar, double* pull) {
+        for (int i = 0; i < m_ * rows_; ++i) {
+          const Vector once = hn::Add(At(bar, i), At(pull, i));
+          Put(once, bar, i);
+          Put(hn::Add(once, At(pull, i)), pull, i);
+        }
+      };
+      add(q_bar_, q_pull_);
+      add(p_bar_, p_pull_);
+      TakeByKicks(k);
+      HeunPull(k, node(q_, k), node(before_, k), q_pull_, p_pull_, q_bar_, p_bar_);
+      TakeByWeights(k);
+    }
+    EndSweep();
   }
 
   void Step(int k) {
@@ -413,31 +506,49 @@ class LaneShooter {
     }
   }
 
-  // As RowSweep::through_midpoint_noise(). by_w(i, r) for channel i and row r.
+  // Σ_f (βw_f·p) ∇²φ_f at a landmark, ∇²φ = c (φ I + (x − c_f) ∇φᵀ); symmetric.
+  HWY_INLINE void Bent(int k, int a, const double* x, const double* p, Vector* bent) const {
+    const Vector c = Constant(-2 * g_.sharpness);
+    for (int i = 0; i < d * d; ++i) bent[i] = hn::Zero(Tag());
+    for (int f = 0; f < g_.bumps; ++f) {
+      Vector along = hn::Zero(Tag());
+      for (int e = 0; e < d; ++e)
+        along = hn::MulAdd(At(g_.weights, (k * g_.bumps + f) * d + e), At(p, a * d + e), along);
+      along = hn::Mul(along, c);
+      for (int i = 0; i < d; ++i) {
+        const Vector off = hn::Sub(At(x, a * d + i), Constant(g_.centres[f * d + i]));
+        for (int j = 0; j < d; ++j) {
+          Vector bend = hn::Mul(off, At(gradients_, (f * n_ + a) * d + j));
+          if (i == j) bend = hn::Add(bend, At(fields_, f * n_ + a));
+          bent[i * d + j] = hn::MulAdd(along, bend, bent[i * d + j]);
+        }
+      }
+    }
+  }
+
+  // by_w(i, r) += factor·(φ_f ν_q − p (∇φ_f·ν_p)) of landmark a, for channel i and row r.
+  HWY_INLINE void AddByWeights(int r, int a, const double* p, double factor, const Vector* nu_q, const Vector* nu_p) {
+    for (int f = 0; f < g_.bumps; ++f) {
+      Vector slope = hn::Zero(Tag());
+      for (int j = 0; j < d; ++j) slope = hn::MulAdd(nu_p[j], At(gradients_, (f * n_ + a) * d + j), slope);
+      for (int e = 0; e < d; ++e) {
+        const int place = (r * g_.bumps + f) * d + e;
+        Vector sum = hn::Mul(nu_q[e], At(fields_, f * n_ + a));
+        sum = hn::NegMulAdd(At(p, a * d + e), slope, sum);
+        Put(hn::MulAdd(Constant(factor), sum, At(by_weights_, place)), by_weights_, place);
+      }
+    }
+  }
+
+  // As RowSweep::through_midpoint_noise().
   void SweepBumps(int k) {
     const double* middle = node(middle_q_, k);
     const double* p = node(middle_p_, k);
     Fields(middle, true);
-    const Vector beta = Constant(g_.beta);
-    const Vector c = Constant(-2 * g_.sharpness);
     for (int a = 0; a < n_; ++a) {
       Vector mixed[d * d], bent[d * d];
       Mixed(k, a, mixed);
-      for (Vector& entry : bent) entry = hn::Zero(Tag());
-      for (int f = 0; f < g_.bumps; ++f) {  // (βw_f·p) ∇²φ_f, ∇²φ = c (φ I + (x − c_f) ∇φᵀ)
-        Vector along = hn::Zero(Tag());
-        for (int e = 0; e < d; ++e)
-          along = hn::MulAdd(At(g_.weights, (k * g_.bumps + f) * d + e), At(p, a * d + e), along);
-        along = hn::Mul(along, c);
-        for (int i = 0; i < d; ++i) {
-          const Vector off = hn::Sub(At(middle, a * d + i), Constant(g_.centres[f * d + i]));
-          for (int j = 0; j < d; ++j) {
-            Vector bend = hn::Mul(off, At(gradients_, (f * n_ + a) * d + j));
-            if (i == j) bend = hn::Add(bend, At(fields_, f * n_ + a));
-            bent[i * d + j] = hn::MulAdd(along, bend, bent[i * d + j]);
-          }
-        }
-      }
+      Bent(k, a, middle, p, bent);
       Vector transposed[d * d];
       for (int i = 0; i < d; ++i)
         for (int j = 0; j < d; ++j) transposed[i * d + j] = mixed[j * d + i];
@@ -456,30 +567,26 @@ class LaneShooter {
           Put(hn::Sub(nu_q[e], At(q_bar_, first + e)), q_bar_, first + e);
           Put(hn::Sub(nu_p[e], At(p_bar_, first + e)), p_bar_, first + e);
         }
-        for (int f = 0; f < g_.bumps; ++f) {
-          Vector slope = hn::Zero(Tag());
-          for (int j = 0; j < d; ++j) slope = hn::MulAdd(nu_p[j], At(gradients_, (f * n_ + a) * d + j), slope);
-          for (int e = 0; e < d; ++e) {
-            const int place = (r * g_.bumps + f) * d + e;
-            Vector sum = hn::Mul(nu_q[e], At(fields_, f * n_ + a));
-            sum = hn::NegMulAdd(At(p, a * d + e), slope, sum);
-            sum = hn::Mul(hn::Mul(Constant(0.5), beta), sum);
-            Put(a == 0 ? sum : hn::Add(sum, At(by_weights_, place)), by_weights_, place);
-          }
-        }
+        AddByWeights(r, a, p, g_.beta / 2, nu_q, nu_p);
       }
     }
   }
 
-  // Landmarks that have turned about each other by more than a right angle may be on another root.
-  void CheckTurns(const double* before, const double* after) {
+  // Landmarks that have turned about each other by more than a right angle may be on another root; and those that are
+  // farther apart than that many times the square.
+  void CheckTurns(const double* before, const double* after, double growth = 0) {
     for (int b = 0; b < n_; ++b)
       for (int a = 0; a < b; ++a) {
-        Vector product = hn::Zero(Tag());
-        for (int e = 0; e < d; ++e)
-          product = hn::MulAdd(hn::Sub(At(before, a * d + e), At(before, b * d + e)),
-                               hn::Sub(At(after, a * d + e), At(after, b * d + e)), product);
+        Vector product = hn::Zero(Tag()), from = hn::Zero(Tag()), to = hn::Zero(Tag());
+        for (int e = 0; e < d; ++e) {
+          const Vector x = hn::Sub(At(before, a * d + e), At(before, b * d + e));
+          const Vector y = hn::Sub(At(after, a * d + e), At(after, b * d + e));
+          product = hn::MulAdd(x, y, product);
+          from = hn::MulAdd(x, x, from);
+          to = hn::MulAdd(y, y, to);
+        }
         lost_ = hn::Or(lost_, hn::Lt(product, hn::Zero(Tag())));
+        if (growth > 0) lost_ = hn::Or(lost_, hn::Gt(to, hn::Mul(Constant(growth), from)));
       }
   }
 
@@ -570,62 +677,66 @@ class LaneShooter {
 
   // The rows of the derivative of the end, backwards along the path, as RowSweep.
   void Sweep() {
-    const int rows = rows_, columns = g_.columns;
-    const bool slopes = g_.slopes != nullptr;
-    for (int i = 0; slopes && i < rows * columns; ++i) Put(hn::Zero(Tag()), g_.slopes, i);
-    for (int i = 0; i < m_ * rows; ++i) {
-      Put(Constant(i % (m_ + 1) == 0 ? 1 : 0), q_bar_, i);
-      Put(hn::Zero(Tag()), p_bar_, i);
-    }
+    BeginSweep();
     for (int k = g_.steps - 1; k >= 0; --k) {
       Jets(node(q_, k + 1));
       Matrices(node(second_, k));
-      AddProduct(-1, hessian_, p_bar_, q_bar_, m_, rows);
+      AddProduct(-1, hessian_, p_bar_, q_bar_, m_, rows_);
       // p̄ −= A p̄ in place: from the product
-      Copy(p_bar_, scratch(), m_ * rows);
-      AddProduct(-1, tangent_, scratch(), p_bar_, m_, rows);
+      Copy(p_bar_, scratch(), m_ * rows_);
+      AddProduct(-1, tangent_, scratch(), p_bar_, m_, rows_);
       TransposeTangent();
       System(-1);
-      SolveInPlace(system_, q_bar_, m_, rows);
+      SolveInPlace(system_, q_bar_, m_, rows_);
       AddVelocities(q_bar_, p_bar_);
-      const int first = k * m_ * rows, by_first = k * m_ * columns;
       if (g_.bumps > 0) {
+        ForgetWeights();
         SweepBumps(k);
-        const int channels = g_.bumps * d;
-        if (slopes)
-          AddSlope(by_weights_, g_.by_weights + k * channels * columns, g_.slopes, channels, rows, columns);
-        else
-          Copy(by_weights_, g_.rows_by_weights + static_cast<std::size_t>(k * channels * rows * lanes_),
-               channels * rows);
+        TakeByWeights(k);
       }
-      if (g_.moves_positions) {
-        if (slopes)
-          AddSlope(q_bar_, g_.by_q + by_first, g_.slopes, m_, rows, columns);
-        else
-          Copy(q_bar_, g_.rows_by_q + static_cast<std::size_t>(first * lanes_), m_ * rows);
-      }
-      if (g_.moves_momenta) {
-        if (slopes)
-          AddSlope(p_bar_, g_.by_p + by_first, g_.slopes, m_, rows, columns);
-        else
-          Copy(p_bar_, g_.rows_by_p + static_cast<std::size_t>(first * lanes_), m_ * rows);
-      }
+      TakeByKicks(k);
       Jets(node(q_, k));
       Matrices(node(stage_, k));
       AddVelocities(q_bar_, p_bar_);
       System(1);
-      SolveInPlace(system_, p_bar_, m_, rows);
+      SolveInPlace(system_, p_bar_, m_, rows_);
       TransposeTangent();
-      Copy(q_bar_, scratch(), m_ * rows);
-      AddProduct(1, tangent_, scratch(), q_bar_, m_, rows);
-      AddProduct(-1, hessian_, p_bar_, q_bar_, m_, rows);
+      Copy(q_bar_, scratch(), m_ * rows_);
+      AddProduct(1, tangent_, scratch(), q_bar_, m_, rows_);
+      AddProduct(-1, hessian_, p_bar_, q_bar_, m_, rows_);
     }
-    if (slopes)
-      AddSlope(p_bar_, g_.by_start, g_.slopes, m_, rows, columns);
-    else
-      Copy(p_bar_, g_.rows_by_start, m_ * rows);
+    EndSweep();
   }
 
+  void BeginSweep() {
+    if (g_.slopes != nullptr) Clear(g_.slopes, rows_ * g_.columns);
+    Clear(p_bar_, m_ * rows_);
+    for (int i = 0; i < m_ * rows_; ++i) Put(Constant(i % (m_ + 1) == 0 ? 1 : 0), q_bar_, i);
+  }
+
+  // What a step's kicks, weights of bumps and the start have of the rows.
+  void TakeByKicks(int k) {
+    if (g_.moves_positions) Take(q_bar_, g_.by_q, g_.rows_by_q, k, m_);
+    if (g_.moves_momenta) Take(p_bar_, g_.by_p, g_.rows_by_p, k, m_);
+  }
+  void TakeByWeights(int k) {
+    if (g_.bumps > 0) Take(by_weights_, g_.by_weights, g_.rows_by_weights, k, g_.bumps * d);
+  }
+  void EndSweep() { Take(p_bar_, g_.by_start, g_.rows_by_start, 0, m_); }
+
+  void Take(const double* bar, const double* by, double* to, int k, int height) {
+    if (g_.slopes != nullptr)
+      AddSlope(bar, by + k * height * g_.columns, g_.slopes, height, rows_, g_.columns);
+    else
+      Copy(bar, to + static_cast<std::size_t>(k * height * rows_ * lanes_), height * rows_);
+  }
+
+  void ForgetWeights() {
+    if (g_.bumps > 0) Clear(by_weights_, rows_ * g_.bumps * d);
+  }
+  void Clear(double* of, int size) const {
+    std::fill(of, of + static_cast<std::size_t>(size) * static_cast<std::size_t>(lanes_), 0.0);
+  }
   void Copy(const double* from, double* to, int size) const {
     std::copy(from, from + static_cast<std::size_t>(size) * static_cast<std::size_t>(lanes_), to);
   }
@@ -638,10 +749,12 @@ class LaneShooter {
   int n_, m_, rows_, lanes_;
   double* next_;
   double *q_, *stage_, *second_, *p_, *y_, *c_;
+  static constexpr double kMostGrowth = 9;    // as RungeKuttaIntegrator's
   static constexpr double kLeastPivot = 0.1;  // of I + ½A, which is I for small steps
   double *fields_ = nullptr, *gradients_ = nullptr, *middle_q_ = nullptr, *middle_p_ = nullptr;
   double* by_weights_ = nullptr;
   double *value_, *bend_, *slope_, *tangent_, *hessian_, *system_, *q_bar_, *p_bar_;
+  double *before_ = nullptr, *q_pull_ = nullptr, *p_pull_ = nullptr;  // of Heun's method; before_: p of each step
   std::vector<double> scratch_;
   Flags lost_;
 };

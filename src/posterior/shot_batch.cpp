@@ -27,9 +27,7 @@ void for_each_group(Index columns, const Task& task) {
 
 ShotBatch::ShotBatch(const Specimen& specimen, const Specimen::Model& model, const LinearAt* chord)
     : specimen_(specimen), model_(model), chord_(chord) {
-  derivatives_in_lanes_ = LaneShots::knows_derivatives(specimen, model);
-  if (LaneShots::knows(specimen, model))
-    lanes_ = std::make_unique<LaneShots>(specimen, model, derivatives_in_lanes_ ? chord : nullptr);
+  if (LaneShots::knows(specimen, model)) lanes_ = std::make_unique<LaneShots>(specimen, model, chord);
 }
 
 ShotBatch::~ShotBatch() = default;
@@ -74,7 +72,7 @@ Eigen::VectorXd ShotBatch::log_likelihoods(const Ends& ends) const {
 
 std::vector<Specimen::Slopes> ShotBatch::slopes(const MatrixXd& z) const {
   std::vector<Specimen::Slopes> slopes(static_cast<std::size_t>(z.cols()));
-  if (derivatives_in_lanes_) {
+  if (lanes_) {
     for_each_group(z.cols(), [&](Index first, Index count) {
       LaneShots::Shots shots = lanes_->shoot(z.middleCols(first, count), LaneShots::With::kSlopes);
       for (std::size_t l = 0; l < shots.slopes.size(); ++l)
@@ -91,7 +89,7 @@ std::vector<Specimen::Slopes> ShotBatch::slopes(const MatrixXd& z) const {
 
 std::vector<MatrixXd> ShotBatch::products(const MatrixXd& z) const {
   std::vector<MatrixXd> products(static_cast<std::size_t>(z.cols()));
-  if (derivatives_in_lanes_) {
+  if (lanes_) {
     for_each_group(z.cols(), [&](Index first, Index count) {
       LaneShots::Shots shots = lanes_->shoot(z.middleCols(first, count), LaneShots::With::kProducts);
       for (std::size_t l = 0; l < shots.products.size(); ++l)

@@ -44,7 +44,6 @@ class ShotBatch {
   const Specimen::Model& model_;
   const LinearAt* chord_;
   std::unique_ptr<const LaneShots> lanes_;
-  bool derivatives_in_lanes_ = false;
 };
 
 }  // namespace pulson::posterior

@@ -76,6 +76,7 @@ TEST_P(OfMatching, IsTheOneAtTheMinimum) {
 TEST(Evidence, HasNoJumpsWhereDirectionsFade) {
   const Landmarks source = oval(24);
   CohortSettings settings = cohort_settings();
+  settings.grid.steps = 10;  // five are too few for momenta as rough: 1.3 nats
   settings.kernel = "gaussian:alpha=1";
   const Cohort cohort = drawn_cohort(source, "none", 40, settings, 6, 5);
   std::vector<double> evidence;

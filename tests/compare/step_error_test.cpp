@@ -16,10 +16,12 @@ namespace {
 
 constexpr double kBent = 8;  // λ of shapes that move by a third of their size
 
-CohortSettings bent_settings(int steps) {
+// By default those whose error is larger than heun's, and than the draws'.
+CohortSettings bent_settings(int steps, const std::string& integrator = "variational-2") {
   CohortSettings settings = cohort_settings();
   settings.lambda = kBent;
   settings.grid.steps = steps;
+  settings.integrator = integrator;
   return settings;
 }
 
@@ -33,20 +35,22 @@ CohortFit corrected(const Cohort& cohort, const NoiseChoice& noise, const Cohort
   return fit;
 }
 
-class StepsOf : public testing::TestWithParam<const char*> {};
+class StepsOf : public testing::TestWithParam<std::tuple<const char*, const char*>> {};
 
 TEST_P(StepsOf, CorrectedEvidencesAreThoseOfEightTimesAsMany) {
-  const Cohort cohort = bent_cohort(GetParam(), 6);
-  const CohortFit few = corrected(cohort, GetParam(), bent_settings(5));
-  const CohortFit many = fit_cohort(cohort, GetParam(), bent_settings(40));
+  const auto& [noise, integrator] = GetParam();
+  const Cohort cohort = bent_cohort(noise, 6);
+  const CohortFit few = corrected(cohort, noise, bent_settings(5, integrator));
+  const CohortFit many = fit_cohort(cohort, noise, bent_settings(40, integrator));
   EXPECT_LT(std::abs(few.log_evidence - many.log_evidence), 0.5 * std::abs(few.step_error.value));
   EXPECT_NEAR(few.log_evidence, many.log_evidence, 0.02);
   EXPECT_DOUBLE_EQ(few.log_evidence, few.laplace);
 }
 
 INSTANTIATE_TEST_SUITE_P(Models, StepsOf,
-                         testing::Values("none", "ch-sd:beta=0.1", "p-sd:fields=grid,count=2,beta=0.2",
-                                         "trouve-vialard:sigma=0.3"),
+                         testing::Combine(testing::Values("none", "ch-sd:beta=0.1", "p-sd:fields=grid,count=2,beta=0.2",
+                                                          "trouve-vialard:sigma=0.3"),
+                                          testing::Values("variational-2", "heun")),
                          [](const auto& row) { return "Model" + std::to_string(row.index); });
 
 // The samples have the same Brownian paths with more steps.

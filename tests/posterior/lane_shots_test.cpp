@@ -32,9 +32,10 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using RandomNumbers = pulson::Numbers;
 
-matching::MatchingProblem problem_of(const Points& source, const std::string& noise, const std::string& kernel) {
+matching::MatchingProblem problem_of(const Points& source, const std::string& noise, const std::string& kernel,
+                                     const std::string& integrator = "variational-2") {
   return {{make_kernel(kernel, source), make_noise(noise, named_shape(source))},
-          make_integrator("variational-2"),
+          make_integrator(integrator),
           {1, 4},
           source,
           std::make_shared<matching::LandmarkTerm>(matching::LandmarkObservations{source, 0.1, {}, {}}),
@@ -43,13 +44,14 @@ matching::MatchingProblem problem_of(const Points& source, const std::string& no
           {}};
 }
 
-class OfPaths : public testing::TestWithParam<std::tuple<int, std::string, std::string>> {};
+class OfPaths : public testing::TestWithParam<std::tuple<int, std::string, std::string, std::string>> {};
 INSTANTIATE_TEST_SUITE_P(All, OfPaths,
                          testing::Combine(testing::Values(1, 2, 3),
                                           testing::Values("none", "ch-sd:beta=0.05", "trouve-vialard:sigma=0.2",
                                                           "p-sd:beta=0.05", "p-sd:fields=grid,count=2,beta=0.1"),
                                           testing::Values("gaussian:alpha=0.5", "peakon:alpha=0.8",
-                                                          "matern32:alpha=0.5+matern52:alpha=0.3,weight=0.5")),
+                                                          "matern32:alpha=0.5+matern52:alpha=0.3,weight=0.5"),
+                                          testing::Values("variational-2", "heun")),
                          [](const auto& row) { return "Case" + std::to_string(row.index); });
 
 Numbers numbers_of(const matching::MatchingProblem& problem) {
@@ -58,10 +60,10 @@ Numbers numbers_of(const matching::MatchingProblem& problem) {
 
 // Ends, derivatives and their products with those of another point, to round-off.
 TEST_P(OfPaths, AreThoseOfTheIntegrator) {
-  const auto& [dimension, noise, kernel] = GetParam();
+  const auto& [dimension, noise, kernel, integrator] = GetParam();
   RandomNumbers numbers(5);
   const Points source = numbers.landmarks(dimension, 5);
-  const Specimen specimen(problem_of(source, noise, kernel));
+  const Specimen specimen(problem_of(source, noise, kernel, integrator));
   const Specimen::Model model = specimen.model(numbers_of(specimen.problem()));
   if (LaneShots::lanes() < 2) GTEST_SKIP() << "no vector of two numbers";
   ASSERT_TRUE(LaneShots::knows(specimen, model));
@@ -81,6 +83,8 @@ TEST_P(OfPaths, AreThoseOfTheIntegrator) {
     ++found;
     const VectorXd end = at->paths.front().final().q.reshaped();
     EXPECT_LE((with_products.ends.col(l) - end).norm(), 1e-12 * (1 + end.norm()));
+    const Points& middle = at->paths.front().states[2].q;
+    EXPECT_LE((with_slopes.middles.col(l) - middle.reshaped()).norm(), 1e-12 * (1 + middle.norm()));
     const Specimen::Slopes slopes = specimen.slopes(model, *at);
     EXPECT_LE((with_slopes.slopes[lane].momenta - slopes.momenta).norm(), 1e-11 * slopes.momenta.norm());
     const MatrixXd& of_noise = slopes.branches.front().end;
@@ -89,31 +93,6 @@ TEST_P(OfPaths, AreThoseOfTheIntegrator) {
     EXPECT_LE((with_products.products[lane] - product).norm(), 1e-11 * product.norm());
   }
   EXPECT_GT(found, 0);
-}
-
-// Paths of Heun's method, whose derivatives have no vector code.
-TEST(LaneShots, AreThoseOfHeunsMethod) {
-  if (LaneShots::lanes() < 2) GTEST_SKIP() << "no vector of two numbers";
-  for (const char* noise : {"none", "ch-sd:beta=0.3", "trouve-vialard:sigma=0.5"})
-    for (const int dimension : {1, 2, 3}) {
-      RandomNumbers numbers(5);
-      matching::MatchingProblem problem = problem_of(numbers.landmarks(dimension, 5), noise, "gaussian:alpha=0.5");
-      problem.integrator = make_integrator("heun");
-      const Specimen specimen(problem);
-      const Specimen::Model model = specimen.model(numbers_of(problem));
-      ASSERT_TRUE(LaneShots::knows(specimen, model));
-      EXPECT_FALSE(LaneShots::knows_derivatives(specimen, model));
-      const MatrixXd z = numbers(specimen.unknowns(), LaneShots::lanes() + 1);
-      const ShotBatch shots(specimen, model);
-      const ShotBatch::Ends ends = shots.ends(z);
-      for (Index l = 0; l < z.cols(); ++l) {
-        const std::vector<PhaseState> states = specimen.shoot(model, z.col(l)).value().paths.front().states;
-        EXPECT_LE((ends.positions.col(l) - states.back().q.reshaped()).norm(), 1e-12 * (1 + states.back().q.norm()));
-        EXPECT_LE((ends.middles.col(l) - states[2].q.reshaped()).norm(), 1e-12 * (1 + states[2].q.norm()));
-      }
-      EXPECT_TRUE(shots.slopes(z).front().momenta.isApprox(
-          specimen.slopes(model, specimen.shoot(model, z.col(0)).value()).momenta));
-    }
 }
 
 // Fewer than there are lanes, and some without a path.

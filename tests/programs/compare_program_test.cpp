@@ -143,8 +143,7 @@ TEST_F(CompareProgram, SaysWhatItsStepsLackAndWarnsOfFew) {
   const std::string options = " --noise none --folds 0 --no-maps --no-picture ";
   const ProgramRun done = compare("shapes.csv -o out --sigma 0.01 --steps 4 --noise ch-sd:beta=fit" + options);
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out,
-              AllOf(HasSubstr("variational-2 in 4 steps"), HasSubstr("steps      log evidences are corrected by ")));
+  EXPECT_THAT(done.out, AllOf(HasSubstr("heun in 4 steps"), HasSubstr("steps      log evidences are corrected by ")));
   EXPECT_THAT(done.err, Not(HasSubstr("warning: the steps")));
   const nlohmann::json recorded = read_json("out/comparison.json");
   EXPECT_LT(std::abs(recorded["models"][0]["step_error"].get<double>()), 0.01);

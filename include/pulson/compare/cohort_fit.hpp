@@ -41,7 +41,7 @@ struct CohortSettings {
   KernelChoice kernel = "gaussian:alpha=auto";
   bool fit_width = false;  ///< whether the width α of the kernel is fitted, from there; of a sum all by one factor
   TimeGrid grid{1, 10};
-  std::string integrator = "variational-2";
+  std::string integrator = "heun";
   Length sigma =
       Length::percent(1);  ///< standard deviation of an observed coordinate, or per cent of the source's diameter
   bool fit_sigma = false;  ///< whether σ is fitted too, from there

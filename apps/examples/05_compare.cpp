@@ -3,7 +3,7 @@
 //
 //   $ 05_compare
 //   none: score 205, -48.7 +- 7.05 from the best
-//   ch-sd:beta=0.09375: score 253, 0 +- 0 from the best
+//   ch-sd:beta=0.09395: score 253, 0 +- 0 from the best
 //   best: ch-sd
 
 #include <iostream>

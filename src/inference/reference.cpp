@@ -22,7 +22,8 @@ namespace {
 
 constexpr double kSmallGain = 0.05;  // nats: the minimum is that of a reference
 constexpr double kFarBelow = 12;     // nats
-constexpr int kTurns = 2;            // of θ and z
+constexpr int kMostTurns = 8;        // of θ and z: trees whose width is a third, or twice, its median took 4
+constexpr double kSameCentre = 0.6;  // deviations of φ in a turn, which went on to move by 0.3 to 0.5 in the first
 constexpr int kSearchesOfFew = 16;
 constexpr std::uint64_t kGuessPath = 1ULL << 60U;
 // Of the reference a fifth is wide: so much the evidence's error grows at most where the path is linear, by a tenth.
@@ -224,8 +225,13 @@ Reference make_reference(const std::vector<Specimen>& specimens, const Parameter
     reference.minima[s] = find_minima(specimens[s], specimens[s].model(numbers), searches, seed);
   });
   matching::NewtonMaximum best;
-  for (int turn = 0; k > 0 && turn < kTurns; ++turn) {
-    best = maximise(LinearPosterior(specimens, space, reference, turn + 1 == kTurns), reference.centre);
+  // Linear models of another place know nothing of a width: from the second turn on they are new ones, about minima
+  // that are of a place nearby once φ no longer moves.
+  bool settled = false;
+  for (int turn = 0; k > 0 && turn < kMostTurns && !settled; ++turn) {
+    best = maximise(LinearPosterior(specimens, space, reference, turn > 0), reference.centre);
+    const VectorXd moved = best.x - reference.centre;
+    settled = turn > 0 && moved.dot(best.about.information * moved) < kSameCentre * kSameCentre;
     reference.centre = best.x;
     numbers = space.at(reference.centre);
     parallel_for(count, [&](int i) {

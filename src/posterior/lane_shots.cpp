@@ -157,7 +157,7 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
   arguments.landmarks = static_cast<int>(problem.source.cols());
   arguments.steps = steps;
   arguments.heun = problem.integrator->name() == "heun";
-  arguments.keeps_order = traits.diffeomorphic;
+  arguments.keeps_order = channels() == 0;
   arguments.derivatives = with != With::kNothing;
   arguments.columns = static_cast<int>(n);
   arguments.half = problem.grid.dt() / 2;

@@ -96,7 +96,7 @@ struct PathRows {
 enum class RootSearch {
   kThorough,     ///< the root is followed from Δt = 0 where the fixed-point iteration does not contract
   kContracting,  ///< only steps whose iteration contracts are taken: inexpensive, and well away from the end of the
-                 ///< branch; of `heun`, without noise that lets landmarks pass, those that keep their order
+                 ///< branch; of `heun` without noise, those that keep landmarks apart
 };
 
 /// What documentation and tests need to know of an integrator.

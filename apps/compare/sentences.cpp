@@ -45,11 +45,9 @@ std::string asked(const Comparison& comparison) {
 }
 
 std::string found(const Comparison& comparison) {
-  const std::string wrong = misfit(comparison);
-  if (!wrong.empty()) return fmt::format("Found: {}; among them {}", wrong, verdict(comparison));
-  const bool is_checked = comparison.models[comparison.best].checks.has_value();
-  return fmt::format("Found: {}{}", verdict(comparison),
-                     is_checked ? ", and cohorts drawn from the best model look like these shapes" : "");
+  const bool is_explained = comparison.models[comparison.best].checks && misfit(comparison).empty();
+  return fmt::format("Found: {}{}", finding(comparison),
+                     is_explained ? ", and cohorts drawn from the best model look like these shapes" : "");
 }
 
 std::string certainty(const Comparison& comparison) {
@@ -77,7 +75,8 @@ std::string what_would_change(const Comparison& comparison) {
   if (rows.size() > 1 && !rows[1].model->is_behind()) ways.emplace_back("more shapes");
   if (!misfit(comparison).empty())
     ways.emplace_back(
-        "models that allow landmarks to vary by different amounts, or specimens that were mended or left out");
+        "another kernel family (matern52:alpha=fit), models that allow landmarks to vary by different amounts, or "
+        "specimens that were mended or left out");
   if (ways.empty()) ways.emplace_back("another kernel family or alignment");
   return fmt::format("What would change it: {}", fmt::join(ways, "; "));
 }
@@ -97,6 +96,12 @@ std::string misfit(const Comparison& comparison) {
   if (better.empty()) return fmt::format("none of these models explains {}", joined_words(unexplained));
   return fmt::format("{}, which has the best score, does not explain {}, and {} {}", shortened_spec(best.noise),
                      joined_words(unexplained), joined_words(better), better.size() == 1 ? "does" : "do");
+}
+
+std::string finding(const Comparison& comparison) {
+  const std::string wrong = misfit(comparison);
+  if (wrong.empty()) return verdict(comparison);
+  return fmt::format("{}; {}{}", wrong, comparison.models.size() > 1 ? "among them " : "", verdict(comparison));
 }
 
 std::string headline(const Comparison& comparison) {

@@ -14,6 +14,9 @@ std::string headline(const compare::Comparison& comparison);
 /// checked, or nothing was checked.
 std::string misfit(const compare::Comparison& comparison);
 
+/// The verdict, after what the models do not explain.
+std::string finding(const compare::Comparison& comparison);
+
 /// "is the same for sigma from 0.25 to 1", or "depends on sigma" and where it changes; empty where there is no profile.
 std::string sigma_range(const compare::Comparison& comparison);
 

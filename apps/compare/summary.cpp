@@ -172,8 +172,7 @@ void print_comparison(const compare::Comparison& comparison) {
   }
   print_text("\nfitted\n");
   for (const ModelRow& row : rows) print_fitted(*row.model);
-  print_text("\nverdict    {}\n", verdict(comparison));
-  if (const std::string wrong = misfit(comparison); !wrong.empty()) print_text("misfit     {}\n", wrong);
+  print_text("\nverdict    {}\n", finding(comparison));
   if (const std::string range = sigma_range(comparison); !range.empty())
     print_text("sigma      the verdict {} ({:.1f} s)\n", range, comparison.profile->seconds);
   print_text("steps      {}\n", steps_words(comparison));

@@ -24,8 +24,8 @@ constexpr double kLeastStencil = 1e-3;  // of x, whatever the metric has: it is 
 constexpr double kLeastOfMetric = 0.1, kMostOfMetric = 100;
 // Eight steps cross a factor e⁸ of any number; where an eighth of one does not rise, the draws' errors are its slope.
 constexpr int kMostSteps = 8, kMostHalvings = 4;
-// Nats that the stencil's slope may promise where the evidence itself no longer rises: a third derivative, which it has
-// half of, promised 0.02 of six shapes of five landmarks about their mean, whose width is hardly determined.
+// Nats that the slope may promise where the evidence itself no longer rises: a second derivative, of which differences
+// have some, promised 0.02 of six shapes of five landmarks about their mean, whose width is hardly determined.
 constexpr double kPromised = 0.1;
 constexpr int kMostOutward = 6;  // places at which an end is sought
 constexpr double kAtEnd = 0.1;   // nats: within 0.05 deviations of an end
@@ -100,28 +100,65 @@ LocalEvidence evidence_about(const EvidenceAt& evidence, const VectorXd& x, cons
   return local;
 }
 
-std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, const VectorXd& start,
-                                                 const MatrixXd& metric, const Box& box) {
-  // The evidence where it was asked for last: there the model is wanted next.
+namespace {
+
+// B of −∇², updated by the changes of x and of the gradient.
+class Information {
+ public:
+  explicit Information(const MatrixXd& metric) : b_(metric) {}
+
+  const MatrixXd& at(const VectorXd& x, const VectorXd& gradient) {
+    if (x_.size() > 0) update(x - x_, gradient_ - gradient);
+    x_ = x;
+    gradient_ = gradient;
+    return b_;
+  }
+
+ private:
+  void update(const VectorXd& moved, VectorXd fall) {
+    const VectorXd image = b_ * moved;
+    const double expected = moved.dot(image), found = moved.dot(fall);
+    if (!(expected > 0)) return;
+    if (found < kLeastPart * expected) fall += (kLeastPart * expected - found) / (expected - found) * (image - fall);
+    b_ += fall * fall.transpose() / fall.dot(moved) - image * image.transpose() / expected;
+  }
+
+  static constexpr double kLeastPart = 0.2;  // Powell's
+  MatrixXd b_;
+  VectorXd x_, gradient_;  // of the last call
+};
+
+}  // namespace
+
+std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, const GradientAt& gradient,
+                                                 const VectorXd& start, const MatrixXd& metric, const Box& box) {
+  // The evidence where it was asked for last: there the gradient is wanted next.
   std::optional<Evidence> last = evidence(box.clipped(start));
   if (!last) return std::nullopt;
   EvidenceMaximum best;
-  bool any = false, are_known = true;  // that were asked for since the last model
+  Information information(metric);
+  bool has_gradient = true, any = false, are_known = true;  // the latter two: of what was asked for since
   const auto value = [&](const VectorXd& x) {
     last = evidence(x);
     any = true;
     are_known = are_known && last.has_value();
     return last ? last->value : -std::numeric_limits<double>::infinity();
   };
-  const auto model = [&](const VectorXd& x) {
-    best.local = evidence_about(evidence, x, *last, metric, box);
+  const auto model = [&](const VectorXd& x) -> SecondOrder {
+    best.x = x;
+    best.here = *last;
     any = false;
     are_known = true;
-    return best.local.slope;
+    const std::optional<VectorXd> slope = gradient(x);
+    has_gradient = slope.has_value();
+    if (!slope) return {last->value, VectorXd::Zero(x.size()), metric};
+    best.information = information.at(x, *slope);
+    return {last->value, *slope, best.information};
   };
   const matching::NewtonMaximum found = maximise_by_newton(
       value, model, box, start, {.tolerance = kAtMaximum, .most_steps = kMostSteps, .most_halvings = kMostHalvings});
-  best.converged = found.converged || (any && are_known && found.gain < kPromised);
+  if (best.information.size() == 0) best.information = metric;
+  best.converged = has_gradient && (found.converged || (any && are_known && found.gain < kPromised));
   return best;
 }
 

@@ -38,18 +38,26 @@ LocalEvidence evidence_about(const EvidenceAt& evidence, const Eigen::VectorXd& 
 /// The step of differences in a number: most of a standard deviation.
 double reach_of_differences(const Eigen::MatrixXd& metric, Eigen::Index number);
 
-/// By Newton's method. @param converged whether a further step would gain less than kAtMaximum, or none of its halves
-/// gains anything where the slope promises little
+/// Its gradient; none where there is none.
+using GradientAt = std::function<std::optional<Eigen::VectorXd>(const Eigen::VectorXd& x)>;
+
+/// By Newton's method, whose information is the metric and what gradients on the way have of it (C. Broyden, R.
+/// Fletcher, D. Goldfarb and D. Shanno 1970, with M. Powell's damping of 1978).
 struct EvidenceMaximum {
-  LocalEvidence local;
+  Eigen::VectorXd x;
+  Evidence here;
+  Eigen::MatrixXd information;
+  /// Whether a further step would gain less than kAtMaximum, or none of its halves gains anything where the gradient
+  /// promises little.
   bool converged = false;
 };
 
 /// Nats that a step would still gain at a maximum: within 0.14 standard deviations of it.
 inline constexpr double kAtMaximum = 0.01;
 
-std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, const Eigen::VectorXd& start,
-                                                 const Eigen::MatrixXd& metric, const Box& box);
+std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, const GradientAt& gradient,
+                                                 const Eigen::VectorXd& start, const Eigen::MatrixXd& metric,
+                                                 const Box& box);
 
 /// By how much the log-likelihood of a number may be below its maximum for the number to be in the interval of 90 %:
 /// half of 2.706, the quantile of χ² of one degree, but near the least value that the number can have. There, at a

@@ -71,8 +71,8 @@ std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found&
     if (!(cohort.open()[at(i)].is_variance() && x[i] < 2 * kNegligible)) present.push_back(i);
   VectorXd errors = VectorXd::Zero(n);
   MatrixXd information = cohort.linear_evidence(matches, x).information;
-  if (found.maximum)  // linear models do not know that fields of noise have the width of the kernel, too
-    information.diagonal() = information.diagonal().cwiseMax(found.maximum->local.curvatures);
+  if (found.local)  // linear models do not know that fields of noise have the width of the kernel, too
+    information.diagonal() = information.diagonal().cwiseMax(found.local->curvatures);
   errors(present) = deviations(information(present, present));
   errors = with_intervals(std::move(errors), x, found.intervals);
   const VectorXd correlations = cohort.correlations_with_sigma(matches);

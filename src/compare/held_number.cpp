@@ -12,6 +12,7 @@ namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kTurnsAtPlace = 3;  // of numbers and matches
@@ -139,17 +140,27 @@ Matches HeldNumber::settled(double place, Matches best) const {
 }
 
 Matches HeldNumber::by_differences(const Matches& from, const matching::Box& box) const {
+  std::optional<Matches> last;
   const auto evidence = [&](const VectorXd& x) -> std::optional<Evidence> {
     try {
-      return Evidence{cohort_.match(x, &from, CohortModel::Effort::kRough).log_evidence, {}};
+      last = cohort_.match(x, &from, CohortModel::Effort::kRough);
+      return Evidence{last->log_evidence, {}};
     } catch (const NumericalError&) {
       return std::nullopt;
     }
   };
-  const auto found =
-      maximise_evidence(evidence, from.x, metric_of(cohort_.linear_evidence(from, from.x).information), box);
-  if (!found || !(found->local.here.value > from.log_evidence)) return from;
-  return cohort_.match(found->local.x, &from, CohortModel::Effort::kRough);
+  const MatrixXd metric = metric_of(cohort_.linear_evidence(from, from.x).information);
+  Matches best = from;
+  const auto gradient = [&](const VectorXd& /*x*/) -> std::optional<VectorXd> {
+    if (last->log_evidence > best.log_evidence) best = *last;
+    try {
+      return cohort_.gradient(*last, metric, box);
+    } catch (const NumericalError&) {
+      return std::nullopt;
+    }
+  };
+  maximise_evidence(evidence, gradient, from.x, metric, box);
+  return best;
 }
 
 }  // namespace pulson::compare

@@ -13,9 +13,10 @@ struct Found {
   std::optional<EvidenceMaximum> maximum{};  ///< of the evidence itself; none: of that of the linear models
   bool sampled = false;                      ///< whether that is by draws, or Laplace's approximation
   bool converged = false;
+  std::optional<LocalEvidence> local{};  ///< the evidence about that maximum
   Intervals intervals{};
 
-  Eigen::VectorXd x() const { return maximum ? maximum->local.x : about.x; }
+  Eigen::VectorXd x() const { return maximum ? maximum->x : about.x; }
 };
 
 /// The numbers of greatest evidence and their intervals: first those that the models linear about the matches have, by

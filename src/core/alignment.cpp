@@ -210,7 +210,9 @@ MatrixXd motion_directions(const Points& points, AlignmentKind kind, const std::
   if (changes.empty()) return directions;
   for (Index i = 0; i < directions.cols(); ++i) directions.col(i) = changes[static_cast<std::size_t>(i)];
   const Eigen::ColPivHouseholderQR<MatrixXd> factors(directions);
-  return MatrixXd(factors.householderQ()).leftCols(factors.rank());
+  MatrixXd basis = MatrixXd::Identity(directions.rows(), factors.rank());
+  basis.applyOnTheLeft(factors.householderQ());
+  return basis;
 }
 
 }  // namespace pulson

@@ -172,8 +172,7 @@ TEST_F(CompareProgram, SaysThatConstantNoiseIsHiddenInAFittedSigma) {
       "ring.csv --noise none --noise ch-sd:beta=fit --kernel gaussian:alpha=1.5 --no-picture --folds 0 --no-maps -o ";
   const ProgramRun fitted = compare(line + "fitted");
   ASSERT_EQ(fitted.exit_code, 0) << fitted.err;
-  EXPECT_THAT(fitted.out,
-              HasSubstr("verdict    no noise is found, but ch-sd has the effect of sigma, which is fitted"));
+  EXPECT_THAT(fitted.out, HasSubstr("no noise is found, but ch-sd has the effect of sigma, which is fitted"));
   EXPECT_THAT(fitted.err, HasSubstr("note: ch-sd: beta has the same effect as sigma"));
   const ProgramRun known = compare(line + "known --sigma 0.01");
   ASSERT_EQ(known.exit_code, 0) << known.err;

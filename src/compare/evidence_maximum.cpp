@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -105,7 +106,9 @@ namespace {
 // B of −∇², updated by the changes of x and of the gradient.
 class Information {
  public:
-  explicit Information(const MatrixXd& metric) : b_(metric) {}
+  explicit Information(MatrixXd metric) : b_(std::move(metric)) {}
+
+  const MatrixXd& now() const { return b_; }
 
   const MatrixXd& at(const VectorXd& x, const VectorXd& gradient) {
     if (x_.size() > 0) update(x - x_, gradient_ - gradient);
@@ -149,7 +152,7 @@ std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, con
     best.here = *last;
     any = false;
     are_known = true;
-    const std::optional<VectorXd> slope = gradient(x);
+    const std::optional<VectorXd> slope = gradient(x, information.now());
     has_gradient = slope.has_value();
     if (!slope) return {last->value, VectorXd::Zero(x.size()), metric};
     best.information = information.at(x, *slope);

@@ -38,8 +38,9 @@ LocalEvidence evidence_about(const EvidenceAt& evidence, const Eigen::VectorXd& 
 /// The step of differences in a number: most of a standard deviation.
 double reach_of_differences(const Eigen::MatrixXd& metric, Eigen::Index number);
 
-/// Its gradient; none where there is none.
-using GradientAt = std::function<std::optional<Eigen::VectorXd>(const Eigen::VectorXd& x)>;
+/// Its gradient; none where there is none. @param information about that of the evidence at x
+using GradientAt =
+    std::function<std::optional<Eigen::VectorXd>(const Eigen::VectorXd& x, const Eigen::MatrixXd& information)>;
 
 /// By Newton's method, whose information is the metric and what gradients on the way have of it (C. Broyden, R.
 /// Fletcher, D. Goldfarb and D. Shanno 1970, with M. Powell's damping of 1978).

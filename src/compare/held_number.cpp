@@ -151,10 +151,10 @@ Matches HeldNumber::by_differences(const Matches& from, const matching::Box& box
   };
   const MatrixXd metric = metric_of(cohort_.linear_evidence(from, from.x).information);
   Matches best = from;
-  const auto gradient = [&](const VectorXd& /*x*/) -> std::optional<VectorXd> {
+  const auto gradient = [&](const VectorXd& /*x*/, const MatrixXd& information) -> std::optional<VectorXd> {
     if (last->log_evidence > best.log_evidence) best = *last;
     try {
-      return cohort_.gradient(*last, metric, box);
+      return cohort_.gradient(*last, information, box);
     } catch (const NumericalError&) {
       return std::nullopt;
     }

@@ -274,10 +274,10 @@ class Search {
       if (!*last) return std::nullopt;
       return added->to((*last)->log_evidence, x);
     };
-    surface.gradient = [this, added, last, metric = surface.metric](const VectorXd& x) -> std::optional<VectorXd> {
+    surface.gradient = [this, added, last](const VectorXd& x, const MatrixXd& information) -> std::optional<VectorXd> {
       if (!*last || (*last)->x != x) return std::nullopt;
       try {
-        VectorXd gradient = cohort_.gradient(last->value(), metric, box_);
+        VectorXd gradient = cohort_.gradient(last->value(), information, box_);
         if (added->here) gradient += added->slope;
         return gradient;
       } catch (const NumericalError&) {

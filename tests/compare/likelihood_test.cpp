@@ -49,7 +49,7 @@ TEST(EvidenceAbout, TakesTheMetricWhereOneSideHasNoEvidence) {
   EXPECT_LE((local.slope.gradient - gradient(x)).norm(), 1e-9);
 }
 
-std::optional<VectorXd> as_gradient(const VectorXd& x) { return gradient(x); }
+std::optional<VectorXd> as_gradient(const VectorXd& x, const MatrixXd& /*information*/) { return gradient(x); }
 
 // Whatever information it begins with, which the gradients correct.
 TEST(MaximiseEvidence, FindsTheMaximumInsideAndAtABound) {
@@ -80,7 +80,7 @@ TEST(MaximiseEvidence, HasNoneWhereThereIsNoEvidenceAtTheStart) {
 }
 
 TEST(MaximiseEvidence, HasNotConvergedWhereThereIsNoGradient) {
-  const auto none = [](const VectorXd&) -> std::optional<VectorXd> { return std::nullopt; };
+  const auto none = [](const VectorXd&, const MatrixXd&) -> std::optional<VectorXd> { return std::nullopt; };
   const auto found = maximise_evidence(as_evidence, none, VectorXd{{0, 0}}, kInformation, kWide);
   ASSERT_TRUE(found);
   EXPECT_FALSE(found->converged);

@@ -65,8 +65,7 @@ LocalEvidence evidence_about(const EvidenceAt& evidence, const VectorXd& x, cons
                              const MatrixXd& metric, const Box& box) {
   const Index n = x.size(), groups = here.without_group.size();
   LocalEvidence local{
-      x,   here, {here.value, VectorXd::Zero(n), MatrixXd::Zero(n, n)}, VectorXd::Zero(n), MatrixXd::Zero(n, groups),
-      true};
+      x, here, {here.value, VectorXd::Zero(n), MatrixXd::Zero(n, n)}, VectorXd::Zero(n), MatrixXd::Zero(n, groups)};
   VectorXd curvatures(n);
   for (Index i = 0; i < n; ++i) {
     const double by_metric = std::max(metric(i, i), 1e-6);
@@ -74,9 +73,7 @@ LocalEvidence evidence_about(const EvidenceAt& evidence, const VectorXd& x, cons
     const auto beside = [&](double step) -> std::optional<Evidence> {
       const VectorXd to = x + step * VectorXd::Unit(n, i);
       if (to[i] < box.least[i] || to[i] > box.most[i]) return std::nullopt;
-      std::optional<Evidence> there = evidence(to);
-      local.is_known = local.is_known && there.has_value();
-      return there;
+      return evidence(to);
     };
     const std::optional<Evidence> above = beside(h), below = beside(-h);
     curvatures[i] = by_metric;

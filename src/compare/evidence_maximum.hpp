@@ -28,7 +28,6 @@ struct LocalEvidence {
   SecondOrder slope;
   Eigen::VectorXd curvatures;               ///< those that were measured, else 0
   Eigen::MatrixXd gradients_without_group;  ///< a column each
-  bool is_known = true;                     ///< whether all neighbours have evidence
 };
 
 /// @param here the evidence at x @param metric about the information: that of the linear models

@@ -2,8 +2,8 @@
 // fitted, and the one of greater evidence is found to be the right one.
 //
 //   $ 05_compare
-//   none: score 205, -48.7 +- 7.05 from the best
-//   ch-sd:beta=0.09395: score 253, 0 +- 0 from the best
+//   none: score 205, -48.7 +- 7.12 from the best
+//   ch-sd:beta=0.09416: score 253, 0 +- 0 from the best
 //   best: ch-sd
 
 #include <iostream>

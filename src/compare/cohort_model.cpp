@@ -29,13 +29,10 @@ constexpr double kWidthRange = 2.1;      // of the logarithm of the kernel's wid
 constexpr double kOtherRange = 3.4;      // of other logarithms: a factor of 30
 // Of 387 searches on the leaves those that converged did so in 15 steps, and took few of less than an eighth.
 constexpr posterior::MinimumOptions kRoughly{.tolerance = 1e-2, .most_steps = 15, .most_halvings = 3};
-// Of x: a factor of 1.5. Of 12 landmarks on an oval the exponent of the size changed by 13 as σ² grew tenfold, so by 2
-// for that, which moves the mean of the draws by a fifth of their deviation.
-constexpr double kSameExponent = 0.4;
-// Of the step of a difference, standard deviations and at most of x: where the information is twice the curvature, as
-// of the leaves' width, the maximum is a twentieth of a deviation off, 0.001 nats; errors of matches grow by its
-// inverse.
-constexpr double kStepOfDifference = 0.1;
+// Of x: a factor of 2, within which are the steps of differences, so that these are of evidences of one exponent. Of 12
+// landmarks on an oval it changed by 13 as σ² grew tenfold, so by 4 for that, which moves the mean of the draws by two
+// fifths of their deviation.
+constexpr double kSameExponent = 0.75;
 
 // |r|² at an end.
 double misfit(const Specimen& specimen, const Specimen::Model& model, const VectorXd& end) {
@@ -321,22 +318,6 @@ Matches CohortModel::match_with(const Starts& starts_of, const VectorXd& x, cons
   });
   matches.log_evidence = laplace(matches);
   return matches;
-}
-
-// Forward differences of matches, which are exact to 1e-4 nats a shape, under a similarity to 0.003, and the
-// information's part of what they have of the curvature. (Models linear beside these do not do: of the leaves they had
-// 0.1 nats too much there.)
-VectorXd CohortModel::gradient(const Matches& matches, const MatrixXd& information, const Box& box) const {
-  VectorXd gradient = VectorXd::Zero(count());
-  for (Index i = 0; i < count(); ++i) {
-    if (box.least[i] >= box.most[i]) continue;
-    const double most = kStepOfDifference * std::min(1 / std::sqrt(information(i, i)), 1.0);
-    const double step = matches.x[i] + most <= box.most[i] ? most : -most;
-    const Matches beside = match(box.clipped(matches.x + step * VectorXd::Unit(count(), i)), &matches);
-    const double moved = beside.x[i] - matches.x[i];
-    gradient[i] = (beside.log_evidence - matches.log_evidence) / moved + 0.5 * moved * information(i, i);
-  }
-  return gradient;
 }
 
 double CohortModel::laplace(const Matches& matches) const {

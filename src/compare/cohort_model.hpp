@@ -96,10 +96,6 @@ class CohortModel {
   /// The same from the matches of another fit. @param near of each shape
   Matches match_from(const Eigen::VectorXd& x, const std::vector<const ShapeFit*>& near, Effort effort) const;
 
-  /// The gradient of Laplace's evidence at matches, by matches beside them; of numbers that are held 0.
-  /// @param information about that of the evidence @throws NumericalError where some shape has no path there
-  Eigen::VectorXd gradient(const Matches& matches, const Eigen::MatrixXd& information, const Box& box) const;
-
   /// Begins again at the paths of least cost for these numbers, of shapes that may have other matches: those whose
   /// landmarks come close to each other. @return whether that cost less for some shape
   bool improve(Matches& matches) const;

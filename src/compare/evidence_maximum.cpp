@@ -8,6 +8,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 
 namespace pulson::compare {
 namespace {
@@ -20,14 +21,13 @@ using Eigen::VectorXd;
 // without noise and with much, of 10 shapes 1.0 and 1.3).
 constexpr double kNotMadeUp = 2;
 constexpr double kStencil = 0.7;  // standard deviations: a third derivative enters by its half, draws' errors by 1/0.7
-constexpr double kLeastStencil = 1e-3;  // of x, whatever the metric has: it is of logarithms, at most kStencil
+// Nats on both sides together, four times those of that many deviations: the metric has the number less determined than
+// it is, so that the step is shortened, to no less than a part. (Of six shapes of five landmarks an evidence falls by
+// 20 where the width doubles, of which linear models know nothing.)
+constexpr double kMostFall = 4 * kStencil * kStencil, kLeastOfStencil = 0.1;
+constexpr double kNearer = 0.3;  // of the step, where one side has no evidence
 // Of the metric's: the linear models' curvature is right to a factor of a few, or the number is not determined.
 constexpr double kLeastOfMetric = 0.1, kMostOfMetric = 100;
-// Eight steps cross a factor e⁸ of any number; where an eighth of one does not rise, the draws' errors are its slope.
-constexpr int kMostSteps = 8, kMostHalvings = 4;
-// Nats that the slope may promise where the evidence itself no longer rises: a second derivative, of which differences
-// have some, promised 0.02 of six shapes of five landmarks about their mean, whose width is hardly determined.
-constexpr double kPromised = 0.1;
 constexpr int kMostOutward = 6;  // places at which an end is sought
 constexpr double kAtEnd = 0.1;   // nats: within 0.05 deviations of an end
 constexpr double kFarthest = 3;  // times the distance at which a parabola ends
@@ -57,109 +57,78 @@ VectorXd variances_by_draws(const LocalEvidence& local, const Box& box) {
 
 }  // namespace
 
-double reach_of_differences(const MatrixXd& metric, Index number) {
-  return std::clamp(kStencil / std::sqrt(std::max(metric(number, number), 1e-6)), kLeastStencil, kStencil);
+namespace {
+
+// Directions in which differences are taken, a column each of about one deviation: the axes of the metric, of numbers
+// that a bound leaves no room for each by itself.
+MatrixXd axes_of(const MatrixXd& metric, const VectorXd& x, const Box& box) {
+  const Index n = x.size();
+  MatrixXd axes = MatrixXd::Zero(n, n);
+  std::vector<Index> inside;
+  for (Index i = 0; i < n; ++i) {
+    const double deviation = std::min(1 / std::sqrt(metric(i, i)), 1.0);
+    axes(i, i) = deviation;
+    if (std::min(x[i] - box.least[i], box.most[i] - x[i]) > kStencil * deviation) inside.push_back(i);
+  }
+  if (inside.empty()) return axes;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(metric(inside, inside));
+  MatrixXd of_inside = solver.eigenvectors() * solver.eigenvalues().cwiseSqrt().cwiseInverse().asDiagonal();
+  for (auto axis : of_inside.colwise()) axis /= std::max(axis.cwiseAbs().maxCoeff(), 1.0);
+  axes(inside, inside) = of_inside;
+  return axes;
 }
+
+}  // namespace
 
 LocalEvidence evidence_about(const EvidenceAt& evidence, const VectorXd& x, const Evidence& here,
                              const MatrixXd& metric, const Box& box) {
   const Index n = x.size(), groups = here.without_group.size();
-  LocalEvidence local{
-      x, here, {here.value, VectorXd::Zero(n), MatrixXd::Zero(n, n)}, VectorXd::Zero(n), MatrixXd::Zero(n, groups)};
-  VectorXd curvatures(n);
+  const MatrixXd axes = axes_of(metric, x, box);
+  const MatrixXd expected = axes.transpose() * metric * axes;
+  VectorXd slopes = VectorXd::Zero(n), bends = expected.diagonal();
+  MatrixXd slopes_without_group = MatrixXd::Zero(n, groups);
+  std::vector<char> is_measured(static_cast<std::size_t>(n));
   for (Index i = 0; i < n; ++i) {
-    const double by_metric = std::max(metric(i, i), 1e-6);
-    const double h = reach_of_differences(metric, i);
-    const auto beside = [&](double step) -> std::optional<Evidence> {
-      const VectorXd to = x + step * VectorXd::Unit(n, i);
-      if (to[i] < box.least[i] || to[i] > box.most[i]) return std::nullopt;
-      return evidence(to);
-    };
-    const std::optional<Evidence> above = beside(h), below = beside(-h);
-    curvatures[i] = by_metric;
+    double h = kStencil;
+    const auto place = [&](double step) -> VectorXd { return x + step * axes.col(i); };
+    const auto is_inside = [&](double step) { return box.clipped(place(step)) == place(step); };
+    const auto beside = [&](double step) { return is_inside(step) ? evidence(place(step)) : std::nullopt; };
+    std::optional<Evidence> above = beside(h), below = beside(-h);
+    const auto fall = [&] { return 2 * here.value - above->value - below->value; };
+    const bool is_missing = is_inside(h) && is_inside(-h) && above.has_value() != below.has_value();
+    if (is_missing || (above && below && fall() > kMostFall)) {
+      h *= is_missing ? kNearer : std::max(kStencil / std::sqrt(fall()), kLeastOfStencil);
+      above = beside(h);
+      below = beside(-h);
+    }
     if (above && below) {
-      local.slope.gradient[i] = (above->value - below->value) / (2 * h);
-      local.gradients_without_group.row(i) = (above->without_group - below->without_group) / (2 * h);
-      local.curvatures[i] = (2 * here.value - above->value - below->value) / (h * h);
-      curvatures[i] = std::clamp((2 * here.value - above->value - below->value) / (h * h), kLeastOfMetric * by_metric,
-                                 kMostOfMetric * by_metric);
+      slopes[i] = (above->value - below->value) / (2 * h);
+      slopes_without_group.row(i) = (above->without_group - below->without_group) / (2 * h);
+      bends[i] = std::clamp(fall() / (h * h), kLeastOfMetric * bends[i], kMostOfMetric * bends[i]);
+      is_measured[static_cast<std::size_t>(i)] = 1;
     } else if (above || below) {
       const Evidence& aside = above ? *above : *below;
       const double step = above ? h : -h;
-      local.slope.gradient[i] = (aside.value - here.value) / step + 0.5 * step * by_metric;
-      local.gradients_without_group.row(i) =
-          ((aside.without_group - here.without_group) / step).array() + 0.5 * step * by_metric;
+      slopes[i] = (aside.value - here.value) / step + 0.5 * step * bends[i];
+      slopes_without_group.row(i) = ((aside.without_group - here.without_group) / step).array() + 0.5 * step * bends[i];
     }
   }
-  // The correlations are the metric's.
-  const VectorXd scale = curvatures.cwiseQuotient(metric.diagonal().cwiseMax(1e-6)).cwiseSqrt();
-  local.slope.information = scale.asDiagonal() * metric * scale.asDiagonal();
-  local.slope.information.diagonal() = curvatures;
+  // Correlations between the directions are the metric's.
+  const VectorXd scale = bends.cwiseQuotient(expected.diagonal()).cwiseSqrt();
+  const MatrixXd back = axes.inverse();
+  LocalEvidence local{x,
+                      here,
+                      {here.value, back.transpose() * slopes,
+                       back.transpose() * scale.asDiagonal() * expected * scale.asDiagonal() * back},
+                      VectorXd::Zero(n),
+                      back.transpose() * slopes_without_group};
+  for (Index i = 0; i < n; ++i) {
+    bool is_known = true;
+    for (Index k = 0; k < n; ++k)
+      is_known = is_known && (axes(i, k) == 0 || is_measured[static_cast<std::size_t>(k)] != 0);
+    if (is_known) local.curvatures[i] = local.slope.information(i, i);
+  }
   return local;
-}
-
-namespace {
-
-// B of −∇², updated by the changes of x and of the gradient.
-class Information {
- public:
-  explicit Information(MatrixXd metric) : b_(std::move(metric)) {}
-
-  const MatrixXd& now() const { return b_; }
-
-  const MatrixXd& at(const VectorXd& x, const VectorXd& gradient) {
-    if (x_.size() > 0) update(x - x_, gradient_ - gradient);
-    x_ = x;
-    gradient_ = gradient;
-    return b_;
-  }
-
- private:
-  void update(const VectorXd& moved, VectorXd fall) {
-    const VectorXd image = b_ * moved;
-    const double expected = moved.dot(image), found = moved.dot(fall);
-    if (!(expected > 0)) return;
-    if (found < kLeastPart * expected) fall += (kLeastPart * expected - found) / (expected - found) * (image - fall);
-    b_ += fall * fall.transpose() / fall.dot(moved) - image * image.transpose() / expected;
-  }
-
-  static constexpr double kLeastPart = 0.2;  // Powell's
-  MatrixXd b_;
-  VectorXd x_, gradient_;  // of the last call
-};
-
-}  // namespace
-
-std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, const GradientAt& gradient,
-                                                 const VectorXd& start, const MatrixXd& metric, const Box& box) {
-  // The evidence where it was asked for last: there the gradient is wanted next.
-  std::optional<Evidence> last = evidence(box.clipped(start));
-  if (!last) return std::nullopt;
-  EvidenceMaximum best;
-  Information information(metric);
-  bool has_gradient = true, any = false, are_known = true;  // the latter two: of what was asked for since
-  const auto value = [&](const VectorXd& x) {
-    last = evidence(x);
-    any = true;
-    are_known = are_known && last.has_value();
-    return last ? last->value : -std::numeric_limits<double>::infinity();
-  };
-  const auto model = [&](const VectorXd& x) -> SecondOrder {
-    best.x = x;
-    best.here = *last;
-    any = false;
-    are_known = true;
-    const std::optional<VectorXd> slope = gradient(x, information.now());
-    has_gradient = slope.has_value();
-    if (!slope) return {last->value, VectorXd::Zero(x.size()), metric};
-    best.information = information.at(x, *slope);
-    return {last->value, *slope, best.information};
-  };
-  const matching::NewtonMaximum found = maximise_by_newton(
-      value, model, box, start, {.tolerance = kAtMaximum, .most_steps = kMostSteps, .most_halvings = kMostHalvings});
-  if (best.information.size() == 0) best.information = metric;
-  best.converged = has_gradient && (found.converged || (any && are_known && found.gain < kPromised));
-  return best;
 }
 
 BestPlace best_place(const std::vector<PlaceEvidence>& places) {

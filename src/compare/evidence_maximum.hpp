@@ -20,13 +20,14 @@ struct Evidence {
 /// None where there is no evidence, as where some shape has no path or too few draws are effective.
 using EvidenceAt = std::function<std::optional<Evidence>(const Eigen::VectorXd& x)>;
 
-/// The evidence to second order about a place, by central differences over most of a standard deviation, so that the
-/// errors of the draws are small beside them. What neighbours that have no evidence leave open is the metric's.
+/// The evidence to second order about a place, by central differences over most of a standard deviation along the axes
+/// of the metric, so that the errors of the draws are small beside them. What neighbours that have no evidence leave
+/// open is the metric's.
 struct LocalEvidence {
   Eigen::VectorXd x;
   Evidence here;
   SecondOrder slope;
-  Eigen::VectorXd curvatures;               ///< those that were measured, else 0
+  Eigen::VectorXd curvatures;               ///< of numbers whose directions were all measured, else 0
   Eigen::MatrixXd gradients_without_group;  ///< a column each
 };
 
@@ -34,30 +35,8 @@ struct LocalEvidence {
 LocalEvidence evidence_about(const EvidenceAt& evidence, const Eigen::VectorXd& x, const Evidence& here,
                              const Eigen::MatrixXd& metric, const Box& box);
 
-/// The step of differences in a number: most of a standard deviation.
-double reach_of_differences(const Eigen::MatrixXd& metric, Eigen::Index number);
-
-/// Its gradient; none where there is none. @param information about that of the evidence at x
-using GradientAt =
-    std::function<std::optional<Eigen::VectorXd>(const Eigen::VectorXd& x, const Eigen::MatrixXd& information)>;
-
-/// By Newton's method, whose information is the metric and what gradients on the way have of it (C. Broyden, R.
-/// Fletcher, D. Goldfarb and D. Shanno 1970, with M. Powell's damping of 1978).
-struct EvidenceMaximum {
-  Eigen::VectorXd x;
-  Evidence here;
-  Eigen::MatrixXd information;
-  /// Whether a further step would gain less than kAtMaximum, or none of its halves gains anything where the gradient
-  /// promises little.
-  bool converged = false;
-};
-
 /// Nats that a step would still gain at a maximum: within 0.14 standard deviations of it.
 inline constexpr double kAtMaximum = 0.01;
-
-std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, const GradientAt& gradient,
-                                                 const Eigen::VectorXd& start, const Eigen::MatrixXd& metric,
-                                                 const Box& box);
 
 /// By how much the log-likelihood of a number may be below its maximum for the number to be in the interval of 90 %:
 /// half of 2.706, the quantile of χ² of one degree, but near the least value that the number can have. There, at a

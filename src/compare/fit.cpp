@@ -61,8 +61,9 @@ VectorXd with_intervals(VectorXd deviations, const VectorXd& x, const Intervals&
 }
 
 // Intervals are NaN where the data do not determine the number.
-std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found& found, const Matches& matches) {
-  const VectorXd x = found.x();
+std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found& found) {
+  const Matches& matches = found.about;
+  const VectorXd& x = found.x();
   const Index n = cohort.count();
   if (n == 0) return {};
   // Numbers that vanish are known to: what the others determine is asked of these alone.
@@ -167,12 +168,8 @@ bool sample(const CohortModel& cohort, const Matches& matches, int shape, ShapeF
   return are_enough(sampled.effective_samples, sampled.samples);
 }
 
-// About the numbers themselves.
-Matches matches_at(const CohortModel& cohort, const Found& found) {
-  return found.x() == found.about.x ? found.about : cohort.match(found.x(), &found.about);
-}
-
-CohortFit record(const CohortModel& cohort, const Found& found, const Matches& matches) {
+CohortFit record(const CohortModel& cohort, const Found& found) {
+  const Matches& matches = found.about;
   const posterior::Numbers numbers = cohort.numbers(matches.x);
   CohortFit fit;
   fit.kernel = numbers.kernel->spec();
@@ -180,7 +177,7 @@ CohortFit record(const CohortModel& cohort, const Found& found, const Matches& m
   if (cohort.noise().is_own) fit.own_noise = numbers.noise;
   fit.lambda = numbers.lambda;
   fit.sigma = numbers.sigma * cohort.specimen(0).problem().sigma;
-  fit.fitted = fitted_numbers(cohort, found, matches);
+  fit.fitted = fitted_numbers(cohort, found);
   fit.laplace = matches.log_evidence;
   fit.converged = found.converged && matches.all_converged();
   const int shapes = cohort.shapes();
@@ -254,22 +251,23 @@ CohortFit fit_model(const CohortModel& cohort, const CohortFit* none) {
   if (none != nullptr)
     no_noise = cohort.match_from(cohort.place_without_noise(none->fitted), pointers_to(none->shapes),
                                  CohortModel::Effort::kThorough);
-  const Found found = find_numbers(cohort, no_noise ? &*no_noise : nullptr);
-  Matches matches = matches_at(cohort, found);
-  CohortFit fit = record(cohort, found, matches);
-  if (no_noise && (fit.noise_vanishes() || !(fit.log_evidence > none->log_evidence))) {
-    matches = *std::move(no_noise);
-    fit = without_noise(cohort, matches, std::move(fit), *none);
+  Found found = find_numbers(cohort, no_noise ? &*no_noise : nullptr);
+  CohortFit fit = record(cohort, found);
+  // By draws a gain of less is none.
+  const double least_gain = found.sampled ? kAtMaximum : 0;
+  if (no_noise && (fit.noise_vanishes() || !(fit.log_evidence > none->log_evidence + least_gain))) {
+    found.about = *std::move(no_noise);
+    fit = without_noise(cohort, found.about, std::move(fit), *none);
   }
   if (cohort.settings().upper_ends)
-    fit.greatest_noise_share = std::max(fit.noise_share, greatest_noise_share(cohort, matches));
+    fit.greatest_noise_share = std::max(fit.noise_share, greatest_noise_share(cohort, found.about));
   return fit;
 }
 
 CohortFit fit_roughly(const CohortModel& cohort) {
   Found found = find_numbers_roughly(cohort);
   found.converged = found.about.all_converged();
-  return record(cohort, found, found.about);
+  return record(cohort, found);
 }
 
 CohortFit fit_again(const CohortModel& cohort, const CohortFit& before, const std::vector<int>& shapes) {
@@ -282,7 +280,7 @@ CohortFit fit_again(const CohortModel& cohort, const CohortFit& before, const st
   for (const int s : shapes) near.push_back(&before.shapes[at(s)]);
   Found found = find_numbers_near(cohort, cohort.match_from(cohort.place(values), near, CohortModel::Effort::kExact));
   found.converged = found.about.all_converged();
-  return record(cohort, found, found.about);
+  return record(cohort, found);
 }
 
 }  // namespace pulson::compare

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "number_search.hpp"
+#include "evidence_surface.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::compare {
@@ -15,15 +15,15 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kTurnsAtPlace = 3;  // of numbers and matches
+constexpr int kTurnsAtPlace = 6;  // of numbers and matches
 constexpr double kGain = 0.05;    // nats: far below what decides
 
 }  // namespace
 
 HeldNumber::HeldNumber(const CohortModel& cohort, Index held, Matches about)
     : cohort_(cohort), held_(held), start_(about.x[held]) {
-  Matches best = settled(start_, std::move(about));
-  keep(start_, std::move(best));
+  Correction correction = found_about(about);
+  keep(start_, settled(std::move(about), std::move(correction)));
 }
 
 void HeldNumber::visit_all(const VectorXd& rising) {
@@ -38,7 +38,9 @@ void HeldNumber::visit_all(const VectorXd& rising) {
 void HeldNumber::offer(double place, Matches matches) {
   const Place* known = at_place(place);
   if (known != nullptr && !(matches.log_evidence > known->matches.log_evidence + kGain)) return;
-  const auto here = keep(place, std::move(matches));
+  const auto above = known_.lower_bound(place);
+  const Correction& near = (above == known_.end() ? std::prev(above) : above)->second.correction;
+  const auto here = keep(place, settled(std::move(matches), near));
   carry_down(here);
   carry_up(here);
 }
@@ -47,24 +49,23 @@ void HeldNumber::visit(double place) {
   if (known_.contains(place)) return;
   struct Side {
     double promise;
-    const Matches* near;
+    const Place* near;
     bool is_above;
   };
   std::vector<Side> sides;
   const auto above = known_.upper_bound(place);
   const auto add = [&](Known::const_iterator side, bool is_above) {
-    const Matches& near = side->second.matches;
-    sides.push_back({promise(place, near), &near, is_above});
+    sides.push_back({promise(place, side->second.matches), &side->second, is_above});
   };
   if (above != known_.begin()) add(std::prev(above), false);
   if (above != known_.end()) add(above, true);
   std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.promise > b.promise; });
-  std::optional<Matches> best;
+  std::optional<Place> best;
   bool by_above = false;
   for (const Side& side : sides) {
-    if (best && side.promise <= best->log_evidence) continue;
-    std::optional<Matches> found = from(place, *side.near);
-    if (!found || (best && found->log_evidence <= best->log_evidence)) continue;
+    if (best && side.promise <= best->value()) continue;
+    std::optional<Place> found = from(place, *side.near);
+    if (!found || (best && found->value() <= best->value())) continue;
     best = std::move(found);
     by_above = side.is_above;
   }
@@ -74,12 +75,12 @@ void HeldNumber::visit(double place) {
 }
 
 void HeldNumber::carry_up(Known::iterator from_here) {
-  for (auto next = std::next(from_here); next != known_.end() && improve(next, from_here->second.matches); ++next)
+  for (auto next = std::next(from_here); next != known_.end() && improve(next, from_here->second); ++next)
     from_here = next;
 }
 
 void HeldNumber::carry_down(Known::iterator from_here) {
-  while (from_here != known_.begin() && improve(std::prev(from_here), from_here->second.matches)) --from_here;
+  while (from_here != known_.begin() && improve(std::prev(from_here), from_here->second)) --from_here;
 }
 
 const HeldNumber::Place* HeldNumber::at_place(double place) const {
@@ -87,18 +88,25 @@ const HeldNumber::Place* HeldNumber::at_place(double place) const {
   return found == known_.end() ? nullptr : &found->second;
 }
 
-HeldNumber::Known::iterator HeldNumber::keep(double place, Matches matches) {
-  VectorXd shapes(cohort_.shapes());
-  for (Index s = 0; s < shapes.size(); ++s)
-    shapes[s] = posterior::LinearAt(*matches.minima[at(s)].linear, matches.model).laplace();
-  return known_.insert_or_assign(place, Place{std::move(matches), std::move(shapes)}).first;
+HeldNumber::Known::iterator HeldNumber::keep(double place, Place found) {
+  return known_.insert_or_assign(place, std::move(found)).first;
+}
+
+matching::NewtonMaximum HeldNumber::greatest(double place, const Matches& about, const Correction& correction) const {
+  const MatrixXd information = cohort_.linear_evidence(about, about.x).information + correction.bend;
+  Box box = trusted_about(about.x, metric_of(information), cohort_.box());
+  box.least[held_] = box.most[held_] = place;
+  const CorrectedEvidence evidence(cohort_, about, correction);
+  return matching::maximise_by_newton([&](const VectorXd& x) { return evidence.value(x); },
+                                      [&](const VectorXd& x) { return evidence.at(x); }, box, box.clipped(about.x));
 }
 
 // Nothing where some shape has no path.
-std::optional<Matches> HeldNumber::from(double place, const Matches& near) const try {
-  VectorXd x = near.x;
-  x[held_] = place;
-  return settled(place, cohort_.match(cohort_.box().clipped(x), &near, CohortModel::Effort::kRough));
+std::optional<HeldNumber::Place> HeldNumber::from(double place, const Place& near) const try {
+  const VectorXd x = greatest(place, near.matches, near.correction).x;
+  Correction correction = near.correction;
+  correction.move_to(x);
+  return settled(cohort_.match(x, &near.matches, CohortModel::Effort::kRough), std::move(correction));
 } catch (const NumericalError&) {
   return std::nullopt;
 }
@@ -110,57 +118,54 @@ double HeldNumber::promise(double place, const Matches& near) const {
 }
 
 // @return whether what comes from there gains what matters
-bool HeldNumber::improve(Known::iterator place, const Matches& near) {
-  if (!(promise(place->first, near) > place->second.matches.log_evidence + kGain)) return false;
-  std::optional<Matches> other = from(place->first, near);
-  if (!other || !(other->log_evidence > place->second.matches.log_evidence + kGain)) return false;
+bool HeldNumber::improve(Known::iterator place, const Place& near) {
+  if (!(promise(place->first, near.matches) > place->second.value() + kGain)) return false;
+  std::optional<Place> other = from(place->first, near);
+  if (!other || !(other->value() > place->second.value() + kGain)) return false;
   keep(place->first, *std::move(other));
   return true;
 }
 
-// Numbers and matches in turn, of which the best is kept. Where the linear models do not keep what they promise, as
-// where data hardly determine σ, by differences of the evidence.
-Matches HeldNumber::settled(double place, Matches best) const {
-  Box box = cohort_.box();
-  box.least[held_] = box.most[held_] = place;
+// Numbers and matches in turn, of which the best is kept. Where the evidence does not rise by what is promised, as
+// where data hardly determine σ, what the linear models lack is found by differences.
+HeldNumber::Place HeldNumber::settled(Matches best, Correction correction) const {
+  correction.x = best.x;
+  bool is_found = false;
   for (int turn = 0; turn < kTurnsAtPlace; ++turn) try {
-      const auto there = matching::maximise_by_newton(
-          [&](const VectorXd& x) { return cohort_.linear_value(best, x); },
-          [&](const VectorXd& x) { return cohort_.linear_evidence(best, x); }, box, box.clipped(best.x));
-      if (there.about.value - best.log_evidence < kGain) break;
+      const matching::NewtonMaximum there = greatest(best.x[held_], best, correction);
+      const double promised = there.about.value - best.log_evidence;
+      if (promised < kGain) break;
       Matches next = cohort_.match(there.x, &best, CohortModel::Effort::kRough);
       const double gain = next.log_evidence - best.log_evidence;
-      if (gain < 0) return by_differences(best, box);
-      best = std::move(next);
-      if (gain < kGain) break;
+      if (gain > 0) {
+        correction.move_to(next.x);
+        best = std::move(next);
+      }
+      if (gain > promised / 2) continue;
+      if (is_found && gain <= 0) break;
+      correction = found_about(best);
+      is_found = true;
     } catch (const NumericalError&) {
       break;  // what was found stands
     }
-  return best;
+  VectorXd shapes(cohort_.shapes());
+  for (Index s = 0; s < shapes.size(); ++s)
+    shapes[s] = posterior::LinearAt(*best.minima[at(s)].linear, best.model).laplace();
+  return {std::move(best), std::move(shapes), std::move(correction)};
 }
 
-Matches HeldNumber::by_differences(const Matches& from, const matching::Box& box) const {
-  std::optional<Matches> last;
+Correction HeldNumber::found_about(const Matches& matches) const {
   const auto evidence = [&](const VectorXd& x) -> std::optional<Evidence> {
     try {
-      last = cohort_.match(x, &from, CohortModel::Effort::kRough);
-      return Evidence{last->log_evidence, {}};
+      return Evidence{cohort_.match(x, &matches, CohortModel::Effort::kRough).log_evidence, {}};
     } catch (const NumericalError&) {
       return std::nullopt;
     }
   };
-  const MatrixXd metric = metric_of(cohort_.linear_evidence(from, from.x).information);
-  Matches best = from;
-  const auto gradient = [&](const VectorXd& /*x*/, const MatrixXd& information) -> std::optional<VectorXd> {
-    if (last->log_evidence > best.log_evidence) best = *last;
-    try {
-      return cohort_.gradient(*last, information, box);
-    } catch (const NumericalError&) {
-      return std::nullopt;
-    }
-  };
-  maximise_evidence(evidence, gradient, from.x, metric, box);
-  return best;
+  Box box = cohort_.box();
+  box.least[held_] = box.most[held_] = matches.x[held_];
+  const MatrixXd metric = metric_of(cohort_.linear_evidence(matches, matches.x).information);
+  return correction_of(cohort_, matches, evidence_about(evidence, matches.x, {matches.log_evidence, {}}, metric, box));
 }
 
 }  // namespace pulson::compare

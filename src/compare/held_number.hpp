@@ -3,7 +3,7 @@
 #include <map>
 #include <optional>
 
-#include "cohort_model.hpp"
+#include "evidence_surface.hpp"
 
 namespace pulson::compare {
 
@@ -19,6 +19,9 @@ class HeldNumber {
   struct Place {
     Matches matches;
     Eigen::VectorXd shapes;  ///< their evidence
+    Correction correction;   ///< what linear models about the matches lack
+
+    double value() const { return matches.log_evidence; }
   };
 
   /// Where the walk began, which is not settled where x was no maximum.
@@ -35,15 +38,17 @@ class HeldNumber {
  private:
   using Known = std::map<double, Place>;
 
-  Known::iterator keep(double place, Matches matches);
-  std::optional<Matches> from(double place, const Matches& near) const;
+  Known::iterator keep(double place, Place found);
+  std::optional<Place> from(double place, const Place& near) const;
   /// The evidence that the models linear about its neighbour's matches have at a place.
   double promise(double place, const Matches& near) const;
-  bool improve(Known::iterator place, const Matches& near);
+  /// The other numbers where the corrected models about matches have them at a place.
+  matching::NewtonMaximum greatest(double place, const Matches& about, const Correction& correction) const;
+  bool improve(Known::iterator place, const Place& near);
   void carry_up(Known::iterator from_here);
   void carry_down(Known::iterator from_here);
-  Matches settled(double place, Matches best) const;
-  Matches by_differences(const Matches& from, const matching::Box& box) const;
+  Place settled(Matches best, Correction correction) const;
+  Correction found_about(const Matches& matches) const;
 
   const CohortModel& cohort_;
   Eigen::Index held_;

@@ -26,9 +26,10 @@ struct OfShape {
         weighed(factors.solve(linear.offset())),
         units(linear.specimen().units(model)) {
     Specimen::Model of_data = model;
-    of_data.sigma = 1;  // C has σ
+    of_data.sigma = 1;  // C has σ, and the units of sizes
     value = -0.5 * linear.offset().dot(weighed) - factors.matrixLLT().diagonal().array().log().sum() -
-            linear.specimen().log_volume(of_data) + linear.specimen().size_excess(model, residual());
+            linear.specimen().log_volume(of_data) + linear.specimen().size_excess(model, residual()) +
+            units.tail(units.size() - linear.specimen().coordinates()).array().log().sum();
   }
 
   // At the mean.

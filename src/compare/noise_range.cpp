@@ -8,6 +8,9 @@
 #include <optional>
 #include <vector>
 
+#include <Eigen/Cholesky>
+
+#include "evidence_surface.hpp"
 #include "held_number.hpp"
 #include "number_search.hpp"
 
@@ -15,6 +18,7 @@ namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using posterior::LinearAt;
 
@@ -32,6 +36,8 @@ constexpr double kNoShare = 1e-3;        // or to this
 constexpr double kStep = 0.07;           // of the logarithm of the variance: less than that ratio
 constexpr int kMostCuts = 12;            // of the part where it may be,
 constexpr double kLeastPart = 1e-3;      // each of so much at least
+constexpr int kBetween = 16;             // of shares between two places
+constexpr double kShareStep = 1e-3;      // of x, for slopes of shares
 
 // Between two places, where the evidence has fallen by that if it falls as the square of the place, which it nearly
 // does.
@@ -75,12 +81,6 @@ class EvidenceOfMatches {
   std::map<double, Both> known_;
 };
 
-// How many kinds of variance explain what varies at CohortModel::start().
-auto variances(const CohortModel& cohort) {
-  return std::count_if(cohort.open().begin(), cohort.open().end(),
-                       [](const ModelNumber& number) { return number.is_variance(); });
-}
-
 }  // namespace
 
 double noise_share(const CohortModel& cohort, const Matches& about, const VectorXd& x) {
@@ -96,63 +96,158 @@ double noise_share(const CohortModel& cohort, const Matches& about, const Vector
   return of_noise + of_momenta > kDetectable * static_cast<double>(data) ? of_noise / (of_noise + of_momenta) : 0;
 }
 
-double greatest_noise_share(const CohortModel& cohort, const Matches& about) {
-  double greatest = 0;
-  for (Index g = 0; g < cohort.count(); ++g) {
-    if (cohort.open()[at(g)].kind != ModelNumber::Kind::kAmplitude) continue;
-    HeldNumber held(cohort, g, about);
-    EvidenceOfMatches of_matches(cohort);
-    std::vector<double> places{held.start()};
-    const double all = static_cast<double>(variances(cohort)) * std::expm1(cohort.start()[g]);
+namespace {
+
+// How many kinds of variance explain what varies at CohortModel::start().
+auto variances(const CohortModel& cohort) {
+  return std::count_if(cohort.open().begin(), cohort.open().end(),
+                       [](const ModelNumber& number) { return number.is_variance(); });
+}
+
+// The walk along one amplitude, all other numbers where the evidence is greatest, to where that has fallen by kFall.
+class UpperEnd {
+ public:
+  UpperEnd(const CohortModel& cohort, Index amplitude, const Matches& about)
+      : cohort_(cohort), amplitude_(amplitude), held_(cohort, amplitude, about), of_matches_(cohort) {}
+
+  double greatest_share() {
+    visit_levels();
+    cut();
+    return std::max(share_within(), std::max(share_at(low_), share_at(high_)));
+  }
+
+ private:
+  static constexpr double kNothing = -std::numeric_limits<double>::infinity();
+
+  // Levels of noise as long as evidence allows.
+  void visit_levels() {
+    places_ = {held_.start()};
+    const double all = static_cast<double>(variances(cohort_)) * std::expm1(cohort_.start()[amplitude_]);
     for (double part = kFirstPart;; part *= kNextPart) {
       const double place = std::log1p(part * all);
-      if (place <= held.start()) continue;
-      if (place > cohort.box().most[g]) break;
-      places.push_back(place);
-      held.visit(place);
+      if (place <= held_.start()) continue;
+      if (place > cohort_.box().most[amplitude_]) break;
+      places_.push_back(place);
+      held_.visit(place);
       // From the start alone, where the kernel may be as narrow as noise makes it, a better fit is not found.
-      if (std::optional<Matches> anew = find_matches_at(cohort, g, place)) held.offer(place, *std::move(anew));
-      const HeldNumber::Place* found = held.at_place(place);
-      const double of_start = held.at_place(held.start())->matches.log_evidence;
-      if (found == nullptr || found->matches.log_evidence < of_start - kHopelesslyBelow) break;
+      if (std::optional<Matches> anew = find_matches_at(cohort_, amplitude_, place))
+        held_.offer(place, *std::move(anew));
+      const HeldNumber::Place* found = held_.at_place(place);
+      if (found == nullptr || found->value() < held_.at_place(held_.start())->value() - kHopelesslyBelow) break;
     }
-    const auto evidence = [&](double place) {
-      const HeldNumber::Place* found = held.at_place(place);
-      return found == nullptr ? -std::numeric_limits<double>::infinity() : of_matches(place, found->matches);
-    };
-    const auto fall = [&](double place) {
-      double best = evidence(place);
-      for (const double other : places) best = std::max(best, evidence(other));
-      return best - evidence(place);
-    };
-    const auto is_allowed = [&](double place) { return fall(place) <= kFall; };
-    const auto share_at = [&](double place) {
-      const HeldNumber::Place* found = held.at_place(place);
-      return found == nullptr ? 1 : noise_share(cohort, found->matches, found->matches.x);
-    };
-    const auto last = std::find_if(places.rbegin(), places.rend(), is_allowed);
-    double low = *last, high = last == places.rbegin() ? low : *std::prev(last);
+    const auto last = std::find_if(places_.rbegin(), places_.rend(), [&](double p) { return fall(p) <= kFall; });
+    low_ = *last;
+    high_ = last == places_.rbegin() ? low_ : *std::prev(last);
+  }
+
+  void cut() {
     double step = kStep;  // of the logarithm of the variance, from the end that moved towards the other
     bool low_moved = false;
-    // The end is not that of a place where all is otherwise, and the share less than before.
-    const auto is_found = [&](double below, double above) {
-      const double share = share_at(below), next = share_at(above);
-      return next >= share ? next <= kShareRatio * share + kNoShare
-                           : std::expm1(above) <= kShareRatio * std::expm1(below);
-    };
-    for (int cut = 0; cut < kMostCuts && !is_found(low, high); ++cut) {
-      double middle = crossing(low, fall(low), high, fall(high));
-      if (cut > 0) middle = low_moved ? std::max(middle, moved(low, step)) : std::min(middle, moved(high, -step));
-      middle = std::clamp(middle, low + kLeastPart * (high - low), high - kLeastPart * (high - low));
-      held.visit(middle);
-      places.push_back(middle);
-      const bool allowed = is_allowed(middle);
-      step = cut > 0 && allowed == low_moved ? 2 * step : kStep;
+    for (int count = 0; count < kMostCuts && !is_found(); ++count) {
+      double middle = crossing(low_, fall(low_), high_, fall(high_));
+      if (count > 0) middle = low_moved ? std::max(middle, moved(low_, step)) : std::min(middle, moved(high_, -step));
+      middle = std::clamp(middle, low_ + kLeastPart * (high_ - low_), high_ - kLeastPart * (high_ - low_));
+      held_.visit(middle);
+      places_.push_back(middle);
+      const bool allowed = fall(middle) <= kFall;
+      step = count > 0 && allowed == low_moved ? 2 * step : kStep;
       low_moved = allowed;
-      (allowed ? low : high) = middle;
+      (allowed ? low_ : high_) = middle;
     }
-    greatest = std::max({greatest, share_at(low), share_at(high)});
   }
+
+  // The end is not that of a place where all is otherwise, and the share less than before.
+  bool is_found() const {
+    const double share = share_at(low_), next = share_at(high_);
+    return next >= share ? next <= kShareRatio * share + kNoShare : std::expm1(high_) <= kShareRatio * std::expm1(low_);
+  }
+
+  double evidence(double place) {
+    const HeldNumber::Place* found = held_.at_place(place);
+    return found == nullptr ? kNothing : of_matches_(place, found->matches);
+  }
+  double fall(double place) {
+    double best = evidence(place);
+    for (const double other : places_) best = std::max(best, evidence(other));
+    return best - evidence(place);
+  }
+  double share_at(double place) const {
+    const HeldNumber::Place* found = held_.at_place(place);
+    return found == nullptr ? 1 : noise_share(cohort_, found->matches, found->matches.x);
+  }
+
+  // What is known of a place: log(share/(1 − share)), its variance by the other numbers there, and √fall.
+  struct Known {
+    double place, odds, variance, root;
+  };
+
+  // The share is of the other numbers, too: at each amplitude these may be where the evidence has fallen by the rest,
+  // f, so that the logarithm of its odds is √(2fv) greater, v its variance by them. (Of 119 cohorts of a model linear
+  // at rest, 20 ovals of 12 landmarks, ends without that hold for 86 %, with it for 92 %.)
+  double share_within() {
+    std::vector<Known> all;
+    std::sort(places_.begin(), places_.end());
+    for (const double place : places_) {
+      const HeldNumber::Place* found = held_.at_place(place);
+      if (found == nullptr || !std::isfinite(fall(place))) continue;
+      const double share = share_at(place);
+      if (!(share > 0 && share < 1)) continue;
+      all.push_back({place, std::log(share / (1 - share)), variance_of_odds(found->matches), std::sqrt(fall(place))});
+    }
+    double greatest = 0;
+    const auto see = [&](const Known& known) {
+      const double rest = kFall - known.root * known.root;
+      if (rest >= 0)
+        greatest = std::max(greatest, 1 / (1 + std::exp(-known.odds - std::sqrt(2 * rest * known.variance))));
+    };
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      see(all[i]);
+      // Between places all that is nearly linear in them.
+      for (int k = 1; i + 1 < all.size() && k < kBetween; ++k) {
+        const double t = static_cast<double>(k) / kBetween;
+        const auto at = [&](double Known::*of) { return (1 - t) * (all[i].*of) + t * (all[i + 1].*of); };
+        see({at(&Known::place), at(&Known::odds), at(&Known::variance), at(&Known::root)});
+      }
+    }
+    return greatest;
+  }
+
+  double variance_of_odds(const Matches& matches) const {
+    const auto odds = [&](const VectorXd& x) {
+      const double share = noise_share(cohort_, matches, x);
+      return std::log(share / (1 - share));
+    };
+    std::vector<Index> free;
+    VectorXd slope = VectorXd::Zero(cohort_.count());
+    const double here = odds(matches.x);
+    for (Index i = 0; i < cohort_.count(); ++i) {
+      if (i == amplitude_) continue;
+      free.push_back(i);
+      const double more = odds(matches.x + kShareStep * VectorXd::Unit(cohort_.count(), i));
+      if (std::isfinite(more)) slope[i] = (more - here) / kShareStep;
+    }
+    if (free.empty()) return 0;
+    const MatrixXd information = cohort_.linear_evidence(matches, matches.x).information;
+    const MatrixXd metric = metric_of(information(free, free));
+    const VectorXd of_free = slope(free);
+    return of_free.dot(metric.llt().solve(of_free));
+  }
+
+  const CohortModel& cohort_;
+  Index amplitude_;
+  HeldNumber held_;
+  EvidenceOfMatches of_matches_;
+  std::vector<double> places_;
+  double low_ = 0, high_ = 0;
+};
+
+}  // namespace
+
+double greatest_noise_share(const CohortModel& cohort, const Matches& about) {
+  double greatest = 0;
+  for (Index g = 0; g < cohort.count(); ++g)
+    if (cohort.open()[at(g)].kind == ModelNumber::Kind::kAmplitude)
+      greatest = std::max(greatest, UpperEnd(cohort, g, about).greatest_share());
   return greatest;
 }
 

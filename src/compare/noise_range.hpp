@@ -8,10 +8,11 @@ namespace pulson::compare {
 /// models linear about the matches at another place x; 0 where both together are not detectable.
 double noise_share(const CohortModel& cohort, const Matches& about, const Eigen::VectorXd& x);
 
-/// The greatest share that the shapes do not exclude: of the amplitudes at which the evidence, by draws where these
-/// determine it, is at most what a one-sided interval of 90 % allows below its greatest, all other numbers where
-/// Laplace's is greatest. The greatest over the amplitudes; 0 where none is fitted. At some amplitudes the others are
-/// sought anew, as fits with much noise are far from the one without.
+/// The greatest share that the shapes do not exclude: of all numbers at which the evidence, by draws where these
+/// determine it, is at most what a one-sided interval of 90 % allows below its greatest. At places along each amplitude
+/// the others are where Laplace's is greatest, and about there as the linear models have it. The greatest over the
+/// amplitudes; 0 where none is fitted. At some amplitudes the others are sought anew, as fits with much noise are far
+/// from the one without.
 /// @param about at x of the fit
 double greatest_noise_share(const CohortModel& cohort, const Matches& about);
 

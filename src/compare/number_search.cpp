@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
+#include <optional>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 
+#include "evidence_surface.hpp"
 #include "pulson/core/errors.hpp"
-#include "sampled.hpp"
 
 namespace pulson::compare {
 namespace {
@@ -27,43 +27,14 @@ constexpr int kMostBackoffs = 6;                       // halvings of a turn, wh
 constexpr double kLevels[] = {1.5, 2.7, 0};            // x of noise at which a search begins: amplitudes of 5, 9, 0 σ
 constexpr double kHopeless = 15;  // nats of Laplace's evidence below the greatest, which samples do not make up for
 constexpr int kLarge = 32, kFew = 16;  // shapes; a large cohort's first search is that of few of them
-constexpr int kFewestSampled = 3;      // shapes: fewer have deviations far larger than the bias of Laplace's numbers
-constexpr int kDrawsOfCohort = 960, kFewestDraws = 16, kMostDraws = 48;  // of a shape the latter two
-constexpr double kMostDeviation = 2;  // of x: a number less determined than by a factor e² is searched as if it were
-// Deviations from their place within which what draws add is taken to change as there, and of x where the data do not
-// determine a number; farther where it changes by less than so many nats. A slope of 1.5 nats found there for the sigma
-// of 20 ovals promised 15 nats in five times that.
-constexpr double kTrusted = 1.5, kMostTrusted = 0.7, kTrustedChange = 0.5;
-constexpr int kMostBases = 8, kMostImproved = 2;
+constexpr int kMostSteps = 12, kMostImproved = 2;
+// Nats that differences may promise where the evidence does not rise.
+constexpr double kPromised = 0.1;
+constexpr double kMostOfTrust = 4;  // times what is trusted at first
+// Nats by which the candidates with noise, or those without, are behind the others so that they are not climbed from:
+// from those of three cohorts of 20 ovals and of the leaves 0.3 to 3 were gained.
+constexpr double kFarBehind = 5;
 constexpr double kMayVanish = 3;  // deviations from 0 within which it is tried
-
-double distance(const MatrixXd& metric, const VectorXd& x) { return std::sqrt(x.dot(metric * x)); }
-
-// What draws add to Laplace's evidence, to first order about a place: of 20 shapes 12.0 nats without noise and 12.2
-// with much of it, where the evidence itself falls by tens.
-struct Added {
-  VectorXd x;
-  std::optional<Evidence> here;  // none: Laplace's stands
-  VectorXd slope;
-  MatrixXd slopes_without_group;  // a column each
-
-  Evidence to(double laplace, const VectorXd& there) const {
-    if (!here) return {laplace, {}};
-    const VectorXd step = there - x;
-    return {laplace + here->value + slope.dot(step),
-            (here->without_group + slopes_without_group.transpose() * step).array() + laplace};
-  }
-};
-
-}  // namespace
-
-MatrixXd metric_of(const MatrixXd& information) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(information);
-  return axes.eigenvectors() * axes.eigenvalues().cwiseMax(std::pow(kMostDeviation, -2)).asDiagonal() *
-         axes.eigenvectors().transpose();
-}
-
-namespace {
 
 class Search {
  public:
@@ -81,39 +52,16 @@ class Search {
       found.converged = found.about.all_converged();
       return found;
     }
-    found = climbed(best_candidate(candidates(found.about)));
+    found = best_of(candidates(found.about));
     for (int count = 0; count < kMostImproved && cohort_.improve(found.about); ++count)
-      found = climbed({settled(found.about, box_, kTurnsAgain)});
-    if (found.maximum) {
-      std::vector<char> near_bound;
-      for (const ModelNumber& number : cohort_.open()) near_bound.push_back(number.is_variance() ? 1 : 0);
-      if (const auto here = surface_.evidence(found.x())) {
-        found.local = evidence_about(surface_.evidence, found.x(), *here, surface_.metric, box_);
-        found.intervals = find_intervals(surface_.evidence, *found.local, box_, near_bound);
-      }
-    }
+      found = climbed({settled(found.about, box_, kTurnsAgain), found.sampled});
+    if (surface_) find_the_intervals(found);
     return found;
   }
 
   Found rough() { return {first_matches()}; }
 
   Found again(const Matches& near) { return {settled(near, box_, kTurnsAgain)}; }
-
-  bool has_draws() const { return cohort_.settings().importance_samples > 0 && cohort_.shapes() >= kFewestSampled; }
-
-  std::optional<Evidence> sampled_at(const VectorXd& x, const Matches& chords,
-                                     std::vector<Eigen::MatrixXd>& starts) const {
-    try {
-      const SampledCohort sampled = sample_cohort(cohort_, x, chords, draws(), starts);
-      if (!sampled.enough) return std::nullopt;
-      const double of_mean = cohort_.of_own_mean(x);
-      Evidence evidence{sampled.log_evidence + of_mean, VectorXd(kDrawGroups)};
-      for (int g = 0; g < kDrawGroups; ++g) evidence.without_group[g] = sum_of_log_means(sampled.log_sets, g) + of_mean;
-      return evidence;
-    } catch (const Error&) {
-      return std::nullopt;
-    }
-  }
 
   // Where the kernel is much too wide, matches do not converge and no slope leads to a better width, so that the best
   // of those a factor of 2 apart is taken.
@@ -124,7 +72,8 @@ class Search {
       VectorXd x;
       if (held_ < 0) {
         Search of_few(few);
-        x = of_few.best_candidate(of_few.candidates(of_few.first_matches())).x();
+        const std::vector<Matches> places = of_few.candidates(of_few.first_matches());
+        x = places[best_place(of_few.evidences(places)).index].x;
       } else {
         const double value = cohort_.open()[at(held_)].value(box_.least[held_]);
         x = Search(few, held_, few.open()[at(held_)].place(value)).first_matches().x;
@@ -216,17 +165,13 @@ class Search {
   // several maxima where noise bends the paths.
   std::vector<Matches> candidates(const Matches& first) const {
     std::vector<Matches> all{first};
-    if (also_ != nullptr) {
-      all.push_back(*also_);
-      all.push_back(settled(*also_, box_, kTurnsOfWidth));
-    }
-    std::vector<Index> amplitudes;
-    for (Index i = 0; i < cohort_.count(); ++i)
-      if (cohort_.open()[at(i)].kind == Kind::kAmplitude) amplitudes.push_back(i);
-    if (amplitudes.empty()) return all;
+    if (also_ != nullptr) all.push_back(*also_);
+    if (!has_amplitudes()) return all;
     for (const double level : kLevels) try {
         Box held = box_;
-        held.least(amplitudes) = held.most(amplitudes) = held.least(amplitudes).cwiseMax(level);
+        for (Index i = 0; i < cohort_.count(); ++i)
+          if (is_amplitude(i)) held.least[i] = held.most[i] = std::max(held.least[i], level);
+        if (level == 0 && also_ != nullptr) continue;
         Matches there = settled(cohort_.match(held.clipped(first.x), &first), held, kTurnsOfWidth);
         if (there.log_evidence > all.front().log_evidence - kHopeless) all.push_back(std::move(there));
       } catch (const NumericalError&) {
@@ -235,159 +180,127 @@ class Search {
     return all;
   }
 
-  int draws() const { return std::clamp(kDrawsOfCohort / cohort_.shapes(), kFewestDraws, kMostDraws); }
+  bool is_amplitude(Index i) const { return cohort_.open()[at(i)].kind == Kind::kAmplitude; }
+  bool has_amplitudes() const {
+    for (Index i = 0; i < cohort_.count(); ++i)
+      if (is_amplitude(i)) return true;
+    return false;
+  }
+  bool has_noise(const VectorXd& x) const {
+    for (Index i = 0; i < cohort_.count(); ++i)
+      if (is_amplitude(i) && x[i] > 2 * kNegligible) return true;
+    return false;
+  }
 
-  Found best_candidate(const std::vector<Matches>& candidates) const {
+  std::vector<PlaceEvidence> evidences(const std::vector<Matches>& candidates) const {
     std::vector<PlaceEvidence> places;
-    for (const Matches& candidate : candidates) {
-      PlaceEvidence& place = places.emplace_back(PlaceEvidence{candidate.log_evidence});
-      std::vector<Eigen::MatrixXd> starts;
-      if (!has_draws()) continue;
-      if (const auto evidence = sampled_at(candidate.x, candidate, starts)) place.by_draws = evidence->value;
-    }
-    const BestPlace best = best_place(places);
-    return {candidates[best.index], {}, best.by_draws};
+    for (const Matches& candidate : candidates)
+      places.push_back({candidate.log_evidence, evidence_by_draws(cohort_, candidate)});
+    return places;
   }
 
-  // Laplace's evidence and, where draws are enough, what these add to it, about matches.
-  struct Surface {
-    std::shared_ptr<const Matches> about;
-    MatrixXd metric;
-    EvidenceAt evidence;
-    GradientAt gradient;
-    double here = 0;   // the evidence at the matches
-    VectorXd slope{};  // of what draws add, which is known about there alone; of no size without draws
-  };
-
-  Surface surface_about(Matches matches, bool sampled) const {
-    Surface surface;
-    surface.metric = metric_of(cohort_.linear_evidence(matches, matches.x).information);
-    const auto near = std::make_shared<const Matches>(std::move(matches));
-    const auto added =
-        std::make_shared<const Added>(sampled ? added_by_draws(*near, surface.metric) : Added{near->x, {}, {}, {}});
-    const auto last = std::make_shared<std::optional<Matches>>();
-    surface.about = near;
-    if (added->here) surface.slope = added->slope;
-    surface.here = added->to(near->log_evidence, near->x).value;
-    surface.evidence = [this, near, added, last](const VectorXd& x) -> std::optional<Evidence> {
-      *last = matches_near(*near, x);
-      if (!*last) return std::nullopt;
-      return added->to((*last)->log_evidence, x);
-    };
-    surface.gradient = [this, added, last](const VectorXd& x, const MatrixXd& information) -> std::optional<VectorXd> {
-      if (!*last || (*last)->x != x) return std::nullopt;
-      try {
-        VectorXd gradient = cohort_.gradient(last->value(), information, box_);
-        if (added->here) gradient += added->slope;
-        return gradient;
-      } catch (const NumericalError&) {
-        return std::nullopt;
+  // From the best of the candidates with noise, and of those without: a maximum may be at either.
+  Found best_of(const std::vector<Matches>& candidates) {
+    const std::vector<PlaceEvidence> places = evidences(candidates);
+    std::vector<Found> found;
+    std::vector<EvidenceSurface> surfaces;
+    std::vector<PlaceEvidence> reached;
+    const BestPlace greatest = best_place(places);
+    for (const bool with_noise : {true, false}) {
+      std::vector<PlaceEvidence> of_kind;
+      std::vector<std::size_t> which;
+      for (std::size_t i = 0; i < candidates.size(); ++i) {
+        if (has_noise(candidates[i].x) != with_noise) continue;
+        of_kind.push_back(places[i]);
+        which.push_back(i);
       }
-    };
-    return surface;
-  }
-
-  std::optional<Matches> matches_near(const Matches& near, const VectorXd& x) const try {
-    Matches there = cohort_.match(x, &near);
-    if (!there.all_converged() && near.all_converged()) return std::nullopt;
-    return there;
-  } catch (const Error&) {
-    return std::nullopt;
-  }
-
-  Added added_by_draws(const Matches& about, const MatrixXd& metric) const {
-    std::vector<Eigen::MatrixXd> starts;
-    const auto at_matches = [&](const Matches& matches) -> std::optional<Evidence> {
-      std::optional<Evidence> found = sampled_at(matches.x, matches, starts);
-      if (!found) return std::nullopt;
-      return Evidence{found->value - matches.log_evidence, found->without_group.array() - matches.log_evidence};
-    };
-    Added added{about.x, at_matches(about), VectorXd::Zero(cohort_.count()), {}};
-    if (!added.here) return added;
-    added.slopes_without_group = MatrixXd::Zero(cohort_.count(), added.here->without_group.size());
-    for (Index i = 0; i < cohort_.count(); ++i) {
-      const double reach = reach_of_differences(metric, i);
-      VectorXd above = about.x, below = about.x;
-      above[i] = std::min(above[i] + reach, box_.most[i]);
-      below[i] = std::max(below[i] - reach, box_.least[i]);
-      const auto beside = [&](const VectorXd& x) -> std::optional<Evidence> {
-        if (x == about.x) return added.here;
-        const std::optional<Matches> there = matches_near(about, x);
-        return there ? at_matches(*there) : std::nullopt;
+      if (of_kind.empty()) continue;
+      const BestPlace place = best_place(of_kind);
+      const auto behind = [&](const PlaceEvidence& of) {
+        const PlaceEvidence& ahead = places[greatest.index];
+        return of.by_draws && ahead.by_draws ? *ahead.by_draws - *of.by_draws : ahead.laplace - of.laplace;
       };
-      const std::optional<Evidence> upper = beside(above), lower = beside(below);
-      const double apart = above[i] - below[i];
-      if (!upper || !lower || apart <= 0) continue;
-      added.slope[i] = (upper->value - lower->value) / apart;
-      added.slopes_without_group.row(i) = (upper->without_group - lower->without_group) / apart;
+      if (behind(of_kind[place.index]) > kFarBehind) continue;
+      // Without noise the fit of `none` is known; where noise gains little by it nothing is lost.
+      if (!with_noise && also_ != nullptr && !found.empty()) continue;
+      found.push_back(climbed({candidates[which[place.index]], place.by_draws}));
+      surfaces.push_back(*surface_);
+      reached.push_back(
+          {surface_->about().log_evidence, surface_->is_sampled() ? std::optional(surface_->here()) : std::nullopt});
     }
-    return added;
+    const std::size_t best = best_place(reached).index;
+    surface_ = std::move(surfaces[best]);
+    return std::move(found[best]);
   }
 
-  // By draws as far as these are trusted, from place to place; where the evidence is less at the next, less far.
+  // From place to place, each the greatest evidence as differences about an earlier one have it, as far as these are
+  // trusted; where the evidence is less at the next, they are taken anew, and it is sought less far.
   Found climbed(Found found) {
-    surface_ = surface_about(std::move(found.about), found.sampled);
-    double trusted = kTrusted;
-    for (int base = 0; base < kMostBases; ++base) {
-      const Box near = box_about(surface_, trusted);
-      std::optional<EvidenceMaximum> best =
-          maximise_evidence(surface_.evidence, surface_.gradient, surface_.about->x, surface_.metric, near);
-      if (!best) break;
-      vanish_if_likelier(*best, near);
-      found.maximum = std::move(best);
-      const VectorXd& x = found.maximum->x;
-      found.converged = found.maximum->converged && is_inside(x, near);
-      if (found.converged && distance(surface_.metric, x - surface_.about->x) < kTrusted) break;
-      try {
-        Surface next = surface_about(cohort_.match(x, surface_.about.get()), found.sampled);
-        if (next.here < surface_.here - kAtMaximum)
-          trusted /= 2;
-        else
-          surface_ = std::move(next);
-      } catch (const NumericalError&) {
-        break;
+    surface_.emplace(cohort_, std::move(found.about), found.sampled);
+    double part = 1;
+    bool has_failed = false;  // the last time
+    std::vector<char> tried(at(cohort_.count()));
+    for (int count = 0; count < kMostSteps; ++count) {
+      const EvidenceSurface::Promise best = surface_->greatest(part, box_);
+      const double before = surface_->here();
+      bool ends = best.gain < kAtMaximum;
+      found.converged = ends && best.inside;
+      if (!ends && surface_->go_to(best.x)) {
+        const double gain = surface_->here() - before;
+        found.converged = ends = is_little(best) && gain < kAtMaximum;
+        if (gain > best.gain / 2) part = std::min(2 * part, kMostOfTrust);
+        has_failed = false;
+      } else if (!ends && (!has_failed || !surface_->measure())) {
+        found.converged = ends = has_failed && is_little(best);
+        part /= 2;
+        has_failed = true;
       }
+      if (!ends || (found.converged && vanishes_likelier(tried))) continue;
+      if (!found.converged || !surface_->is_far()) break;
+      surface_->measure();
+      found.converged = false;
     }
-    found.about = *surface_.about;
+    if (!found.converged) vanishes_likelier(tried);
+    found.about = surface_->about();
     found.converged = (found.converged || all_vanish(found.x())) && found.about.all_converged();
     return found;
   }
 
-  Box box_about(const Surface& surface, double trusted) const {
-    Box box = box_;
-    for (Index i = 0; i < surface.slope.size(); ++i) {
-      const double reach = trusted * std::max(std::min(1 / std::sqrt(surface.metric(i, i)), kMostTrusted),
-                                              kTrustedChange / kTrusted / std::max(std::abs(surface.slope[i]), 1e-9));
-      box.least[i] = std::clamp(surface.about->x[i] - reach, box_.least[i], box_.most[i]);
-      box.most[i] = std::clamp(surface.about->x[i] + reach, box_.least[i], box_.most[i]);
-    }
-    return box;
+  // What draws do not distinguish from nothing.
+  bool is_little(const EvidenceSurface::Promise& promise) const {
+    return promise.gain < std::max(kPromised, surface_->doubt());
   }
 
-  // At no bound that is not a number's own.
-  bool is_inside(const VectorXd& x, const Box& near) const {
-    for (Index i = 0; i < x.size(); ++i)
-      if ((x[i] <= near.least[i] && near.least[i] > box_.least[i]) ||
-          (x[i] >= near.most[i] && near.most[i] < box_.most[i]))
-        return false;
-    return true;
+  void find_the_intervals(Found& found) const {
+    std::vector<char> near_bound;
+    for (const ModelNumber& number : cohort_.open()) near_bound.push_back(number.is_variance() ? 1 : 0);
+    found.local = surface_->local();
+    found.intervals =
+        find_intervals([&](const VectorXd& x) { return surface_->at(x); }, *found.local, box_, near_bound);
   }
 
-  // Where a number is near 0 the evidence without it is found itself.
-  void vanish_if_likelier(EvidenceMaximum& best, const Box& near) const {
+  // Where a number is near 0, goes to where the evidence without it is greatest, if it is not less.
+  bool vanishes_likelier(std::vector<char>& tried) {
     for (Index g = 0; g < cohort_.count(); ++g) {
-      const VectorXd& x = best.x;
+      const VectorXd& x = surface_->x();
       const double least = box_.least[g];
-      if (!cohort_.open()[at(g)].is_variance() || x[g] <= least || near.least[g] > least) continue;
-      const MatrixXd covariance = best.information.inverse();
+      if (tried[at(g)] != 0 || !cohort_.open()[at(g)].is_variance() || x[g] <= least) continue;
+      const MatrixXd covariance = surface_->local().slope.information.inverse();
       if (x[g] - least > kMayVanish * std::sqrt(covariance(g, g))) continue;
-      Box held = near;
+      tried[at(g)] = 1;
+      Box held = box_;
       held.least[g] = held.most[g] = least;
-      const VectorXd without = held.clipped(x + covariance.col(g) * ((least - x[g]) / covariance(g, g)));
-      std::optional<EvidenceMaximum> there =
-          maximise_evidence(surface_.evidence, surface_.gradient, without, surface_.metric, held);
-      if (there && there->here.value >= best.here.value) best = std::move(*there);
+      EvidenceSurface there = *surface_;
+      const VectorXd likeliest = x + covariance.col(g) * ((least - x[g]) / covariance(g, g));
+      if (!there.go_to(held.clipped(likeliest), kFarBehind) && !there.go_to(held.clipped(x), kFarBehind)) continue;
+      there.measure();
+      const EvidenceSurface::Promise best = there.greatest(1, held);
+      if (best.gain > kAtMaximum) there.go_to(best.x);
+      if (there.here() < surface_->here()) continue;
+      surface_ = std::move(there);
+      return true;
     }
+    return false;
   }
 
   // Neither momenta nor noise: the other numbers are of no effect.
@@ -405,7 +318,7 @@ class Search {
   Box box_;
   Index held_ = -1;  // where a number is
   const Matches* also_ = nullptr;
-  Surface surface_;  // about the matches that were found
+  std::optional<EvidenceSurface> surface_;  // about the matches that were found
 };
 
 }  // namespace
@@ -421,13 +334,5 @@ std::optional<Matches> find_matches_at(const CohortModel& cohort, Index held, do
 }
 
 Found find_numbers_near(const CohortModel& cohort, const Matches& near) { return Search(cohort).again(near); }
-
-std::optional<double> evidence_by_draws(const CohortModel& cohort, const Matches& about) {
-  const Search search(cohort);
-  if (!search.has_draws()) return std::nullopt;
-  std::vector<Eigen::MatrixXd> starts;
-  const std::optional<Evidence> evidence = search.sampled_at(about.x, about, starts);
-  return evidence ? std::optional(evidence->value) : std::nullopt;
-}
 
 }  // namespace pulson::compare

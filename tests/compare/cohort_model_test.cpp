@@ -5,9 +5,12 @@
 #include <cmath>
 #include <tuple>
 
+#include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
 #include "cohort_examples.hpp"
+#include "combinations.hpp"
+#include "evidence_surface.hpp"
 #include "number_search.hpp"
 #include "pulson/compare/comparison.hpp"
 
@@ -41,29 +44,6 @@ INSTANTIATE_TEST_SUITE_P(All, OfEvidence,
                                                           AlignmentKind::kSimilarity)),
                          [](const auto& row) { return "Case" + std::to_string(row.index); });
 
-// To a tenth of a standard deviation, which is half of a hundredth of a nat, by what the information differs from the
-// evidence's over half a step, and by errors of matches: under a similarity the evidence is found to 0.006 nats.
-TEST_P(OfEvidence, GradientsAreThoseOfLaplaces) {
-  ASSERT_TRUE(matches.all_converged());
-  MatrixXd information = metric_of(model.linear_evidence(matches, matches.x).information);
-  VectorXd slopes(model.count()), differ(model.count());
-  for (Index i = 0; i < model.count(); ++i) {
-    const double step = 0.05 * std::min(1 / std::sqrt(information(i, i)), 1.0);
-    const VectorXd by = step * VectorXd::Unit(model.count(), i);
-    const double above = model.match(matches.x + by, &matches).log_evidence,
-                 below = model.match(matches.x - by, &matches).log_evidence;
-    slopes[i] = (above - below) / (2 * step);
-    const double curvature = (2 * matches.log_evidence - above - below) / (step * step);
-    information(i, i) = std::max(curvature, 0.25);
-    differ[i] = 0.05 * (information(i, i) - curvature);
-  }
-  const VectorXd gradient = model.gradient(matches, information, model.box());
-  for (Index i = 0; i < model.count(); ++i)
-    EXPECT_NEAR(gradient[i], slopes[i],
-                0.1 * std::sqrt(information(i, i)) + differ[i] + 0.12 * std::max(std::sqrt(information(i, i)), 1.0))
-        << model.open()[at(i)].name;
-}
-
 TEST_P(OfEvidence, GradientsOfLinearModelsAreThoseOfTheirValue) {
   const VectorXd gradient = model.linear_evidence(matches, matches.x).gradient;
   for (Index i = 0; i < model.count(); ++i) {
@@ -73,11 +53,35 @@ TEST_P(OfEvidence, GradientsOfLinearModelsAreThoseOfTheirValue) {
   }
 }
 
-// Of numbers that are held nothing is asked.
-TEST_P(OfEvidence, GradientsOfHeldNumbersAreNone) {
-  Box held = model.box();
-  held.least = held.most = matches.x;
-  EXPECT_EQ(model.gradient(matches, MatrixXd::Identity(model.count(), model.count()), held).norm(), 0);
+// Differences about the maximum of 20 shapes tell the evidence half a deviation away, in any direction, twice as well
+// as the linear models.
+TEST(CorrectedEvidence, IsLaplacesNearThePlaceOfItsDifferences) {
+  CohortSettings settings = cohort_settings();
+  settings.fit_width = settings.fit_sigma = true;
+  settings.sigma = 0.05;
+  const std::vector<Landmarks> shapes = drawn_shapes(oval(6), "ch-sd:beta=0.1", 20, settings, 20, 4);
+  for (const AlignmentKind kind : {AlignmentKind::kNone, AlignmentKind::kRigid, AlignmentKind::kSimilarity}) {
+    const Cohort cohort = CohortShapes{std::nullopt, shapes, kind}.cohort();
+    const CohortModel model(cohort, make_open_noise("none", cohort.source), settings);
+    const Found found = find_numbers(model);
+    ASSERT_TRUE(found.converged);
+    const EvidenceSurface surface(model, found.about, false);
+    EXPECT_EQ(surface.here(), found.about.log_evidence);
+    const CorrectedEvidence corrected(model, found.about, correction_of(model, found.about, surface.local()));
+    EXPECT_NEAR(corrected.value(found.x()), found.about.log_evidence, 1e-9);
+    Numbers numbers(3);
+    const Eigen::LLT<MatrixXd> factors(metric_of(surface.local().slope.information));
+    double corrected_squares = 0, linear_squares = 0;
+    for (int k = 0; k < 8; ++k) {
+      const VectorXd z = VectorXd(numbers(static_cast<int>(model.count()), 1)).normalized();
+      const VectorXd x = model.box().clipped(found.x() + 0.5 * factors.matrixU().solve(z));
+      const double there = model.match(x, &found.about).log_evidence;
+      corrected_squares += std::pow(corrected.value(x) - there, 2);
+      linear_squares += std::pow(model.linear_value(found.about, x) - there, 2);
+    }
+    EXPECT_LT(corrected_squares, linear_squares / 4);
+    EXPECT_LT(std::sqrt(corrected_squares / 8), 0.2);
+  }
 }
 
 }  // namespace

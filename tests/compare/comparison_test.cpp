@@ -77,7 +77,7 @@ TEST(CompareModels, ASumOfWhichOneTermVanishesIsNoise) {
   CompareOptions options = quick();
   options.settings.sigma = 0.05;
   const Landmarks source = line(6);
-  CohortShapes shapes{source, drawn_shapes(source, "ch-sd:beta=0.6", 20, options.settings, 10, 1)};
+  CohortShapes shapes{source, drawn_shapes(source, "ch-sd:beta=0.6", 20, options.settings, 10, 2)};
   const ComparedModel sum = compare_models(shapes, {"none", "ch-sd+trouve-vialard"}, options).models[1];
   EXPECT_EQ(std::count_if(sum.fit.fitted.begin(), sum.fit.fitted.end(),
                           [](const FittedNumber& number) { return number.scales_noise && number.vanishes; }),

@@ -49,43 +49,6 @@ TEST(EvidenceAbout, TakesTheMetricWhereOneSideHasNoEvidence) {
   EXPECT_LE((local.slope.gradient - gradient(x)).norm(), 1e-9);
 }
 
-std::optional<VectorXd> as_gradient(const VectorXd& x, const MatrixXd& /*information*/) { return gradient(x); }
-
-// Whatever information it begins with, which the gradients correct.
-TEST(MaximiseEvidence, FindsTheMaximumInsideAndAtABound) {
-  for (const double scale : {0.3, 1.0, 5.0}) {
-    const MatrixXd metric = scale * kInformation;
-    const auto inside = maximise_evidence(as_evidence, as_gradient, VectorXd{{0, 0}}, metric, kWide);
-    ASSERT_TRUE(inside);
-    EXPECT_TRUE(inside->converged);
-    EXPECT_LE(quadratic(kMiddle) - quadratic(inside->x), scale * kAtMaximum);
-    const Box narrow{VectorXd{{-9, -1}}, VectorXd{{9, 9}}};
-    const auto bound = maximise_evidence(as_evidence, as_gradient, VectorXd{{0, 0}}, metric, narrow);
-    EXPECT_TRUE(bound->converged);
-    EXPECT_NEAR(bound->x[1], -1, 1e-12);
-    EXPECT_NEAR(bound->x[0], 1 - 1.5 / 4, 0.1);  // the best with the other held
-  }
-}
-
-// Along the steps it has the curvature of a function whose metric is another's.
-TEST(MaximiseEvidence, FindsTheInformationFromGradients) {
-  const auto found = maximise_evidence(as_evidence, as_gradient, VectorXd{{0, 0}}, MatrixXd::Identity(2, 2), kWide);
-  ASSERT_TRUE(found);
-  EXPECT_LE((found->information - kInformation).norm(), 0.1 * kInformation.norm());
-}
-
-TEST(MaximiseEvidence, HasNoneWhereThereIsNoEvidenceAtTheStart) {
-  const auto none = [](const VectorXd&) -> std::optional<Evidence> { return std::nullopt; };
-  EXPECT_FALSE(maximise_evidence(none, as_gradient, kMiddle, kInformation, kWide));
-}
-
-TEST(MaximiseEvidence, HasNotConvergedWhereThereIsNoGradient) {
-  const auto none = [](const VectorXd&, const MatrixXd&) -> std::optional<VectorXd> { return std::nullopt; };
-  const auto found = maximise_evidence(as_evidence, none, VectorXd{{0, 0}}, kInformation, kWide);
-  ASSERT_TRUE(found);
-  EXPECT_FALSE(found->converged);
-}
-
 // Of 20 shapes of 12 landmarks with much noise draws tell only the evidence without noise, 95 nats below.
 TEST(BestPlace, IsNotOneThatIsFarWorseAsDrawsDoNotTellTheOthers) {
   const auto expect = [](const std::vector<PlaceEvidence>& places, std::size_t index, bool by_draws) {

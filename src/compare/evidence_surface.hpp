@@ -1,0 +1,113 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "cohort_model.hpp"
+#include "evidence_maximum.hpp"
+
+namespace pulson::compare {
+
+/// Whether numbers are sought by draws: the settings have some, and shapes are so many that the deviations of numbers
+/// are not far larger than the bias of Laplace's.
+bool has_draws(const CohortModel& cohort);
+
+/// The evidence at matches by as many draws as a search takes; none where they do not determine it.
+/// @param starts of each shape, see sample_cohort()
+std::optional<Evidence> evidence_by_draws(const CohortModel& cohort, const Matches& about,
+                                          std::vector<Eigen::MatrixXd>& starts);
+std::optional<double> evidence_by_draws(const CohortModel& cohort, const Matches& about);
+
+/// Fisher's information with eigenvalues of at least that of a deviation of 2, for steps of numbers that are hardly
+/// determined.
+Eigen::MatrixXd metric_of(const Eigen::MatrixXd& information);
+
+/// Where an evidence known to second order about x is trusted. @param part of the way from there to its sides
+Box trusted_about(const Eigen::VectorXd& x, const Eigen::MatrixXd& metric, const Box& box, double part = 1);
+
+/// By how much the evidence differs from that of linear models near a place, to second order.
+struct Correction {
+  Eigen::VectorXd x;
+  Eigen::VectorXd slope;
+  Eigen::MatrixXd bend;  ///< what is added to the information
+
+  void move_to(const Eigen::VectorXd& to) {
+    slope -= bend * (to - x);
+    x = to;
+  }
+};
+
+/// The evidence of linear models and what it lacks there, which costs no match: Laplace's has in addition what matches
+/// that move change of the determinants.
+class CorrectedEvidence {
+ public:
+  /// @param cohort, about are referred to
+  CorrectedEvidence(const CohortModel& cohort, const Matches& about, Correction correction);
+  CorrectedEvidence(const CohortModel& cohort, Matches&& about, Correction correction) = delete;
+
+  double value(const Eigen::VectorXd& x) const;
+  SecondOrder at(const Eigen::VectorXd& x) const;
+
+ private:
+  const CohortModel& cohort_;
+  const Matches& about_;
+  Correction correction_;
+};
+
+/// @param found the evidence about the matches
+Correction correction_of(const CohortModel& cohort, const Matches& about, const LocalEvidence& found);
+/// The evidence near matches, by draws where these determine it, else Laplace's: that of the models linear about them,
+/// and what differences showed that these lack.
+class EvidenceSurface {
+ public:
+  /// @param cohort is referred to
+  EvidenceSurface(const CohortModel& cohort, Matches about, bool sampled);
+
+  const Matches& about() const { return about_; }
+  const Eigen::VectorXd& x() const { return about_.x; }
+  double here() const { return local_.here.value; }
+  bool is_sampled() const { return sampled_; }
+  /// To second order about x().
+  const LocalEvidence& local() const { return local_; }
+  /// The greatest within a box, as far as what was found is trusted. @param part of that far
+  struct Promise {
+    Eigen::VectorXd x;
+    double gain = 0;
+    bool inside = false;  ///< at no bound that is not a number's own
+  };
+  Promise greatest(double part, const Box& box) const;
+  /// Whether x() is farther than half a deviation from where differences were taken.
+  bool is_far() const;
+  /// Takes differences about x(), unless that is where they were taken. @return whether they were
+  bool measure();
+  /// To another place, unless the evidence is so much less there; how it rose on the way tells of its slope. From where
+  /// draws do not determine the evidence nearby, it is what at() has.
+  bool go_to(const Eigen::VectorXd& x, double most_lost = kAtMaximum);
+  /// The standard error, by the draws, of how much it rose on the last way that was tried.
+  double doubt() const { return doubt_; }
+  /// Laplace's, by matches, and what draws add to it, to second order about where differences were taken. None where
+  /// some shape has no match.
+  std::optional<Evidence> at(const Eigen::VectorXd& x) const;
+
+ private:
+  struct Added {
+    LocalEvidence all, of_laplace;
+    Evidence to(double laplace, const Eigen::VectorXd& x) const;
+  };
+
+  std::optional<Matches> matches_at(const Eigen::VectorXd& x) const;
+  std::optional<Evidence> evidence_of(const Matches& matches);
+  Correction correction() const;
+
+  const CohortModel* cohort_;
+  Matches about_;
+  bool sampled_;
+  std::vector<Eigen::MatrixXd> starts_;
+  LocalEvidence local_;
+  Eigen::VectorXd measured_at_{};
+  bool is_frozen_ = false;  ///< what draws add is that of added_: they do not determine the evidence beside it
+  double doubt_ = 0;
+  std::optional<Added> added_;
+};
+
+}  // namespace pulson::compare

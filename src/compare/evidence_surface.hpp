@@ -80,7 +80,7 @@ class EvidenceSurface {
   bool is_far() const;
   /// Takes differences about x(), unless that is where they were taken. @return whether they were
   bool measure();
-  /// To another place, unless the evidence is so much less there; how it rose on the way tells of its slope. From where
+  /// To another place, unless the evidence is so much less there; how it rose on the way corrects its slope. From where
   /// draws do not determine the evidence nearby, it is what at() has.
   bool go_to(const Eigen::VectorXd& x, double most_lost = kAtMaximum);
   /// The standard error, by the draws, of how much it rose on the last way that was tried.

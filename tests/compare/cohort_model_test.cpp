@@ -53,7 +53,7 @@ TEST_P(OfEvidence, GradientsOfLinearModelsAreThoseOfTheirValue) {
   }
 }
 
-// Differences about the maximum of 20 shapes tell the evidence half a deviation away, in any direction, twice as well
+// Differences about the maximum of 20 shapes give the evidence half a deviation away, in any direction, twice as well
 // as the linear models.
 TEST(CorrectedEvidence, IsLaplacesNearThePlaceOfItsDifferences) {
   CohortSettings settings = cohort_settings();

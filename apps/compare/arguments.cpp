@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "core/determined.hpp"
 #include "core/open_numbers.hpp"
 #include "matching/defaults.hpp"
 #include "pulson/core/errors.hpp"
@@ -186,6 +187,12 @@ compare::CohortShapes CompareArguments::read(std::vector<std::string>& notes) co
   cohort.alignment = align != "auto" ? parse_alignment(align)
                      : cohort.source ? AlignmentKind::kNone
                                      : AlignmentKind::kSimilarity;
+  if (align == "auto" && cohort.source && cohort.source->dimension() > 1)
+    if (const double of_pose = part_of_pose(cohort.source->points, cohort.targets); of_pose > kMostlyPose)
+      notes.push_back(
+          fmt::format("{:.0f} % of the squared distances from the source are position, orientation and size of the "
+                      "shapes, and count as deformation; --align similarity removes them",
+                      100 * of_pose));
   pulson::compare::merge_coincident(cohort, merge_coincident, notes);
   if (const auto chosen = loss.chosen(); chosen && !simulate.empty())
     throw InputError("--loss is for shapes as they are, and --simulate draws them: leave it out");

@@ -53,14 +53,22 @@ double difference(const std::vector<Specimen>& specimens, const Specimen::Model&
 }  // namespace
 
 double ModelNumber::value(double x) const {
+  if (kind == Kind::kSigma) return unit * std::sqrt(std::max(std::expm1(x), 0.0));
   if (!is_variance()) return unit * std::exp(x);
   const double v = unit * std::max(std::expm1(x), kNegligible);
   return kind == Kind::kLambda ? 1 / v : std::sqrt(v);
 }
 
 double ModelNumber::place(double value) const {
+  if (kind == Kind::kSigma) return std::log1p(std::pow(value / unit, 2));
   if (!is_variance()) return std::log(value / unit);
   return std::log1p((kind == Kind::kLambda ? 1 / value : value * value) / unit);
+}
+
+const Specimen& CohortModel::fullest() const {
+  return *std::max_element(specimens_.begin(), specimens_.end(), [](const Specimen& one, const Specimen& other) {
+    return one.coordinates() < other.coordinates();
+  });
 }
 
 bool Matches::all_converged() const {
@@ -152,8 +160,10 @@ void CohortModel::find_units() {
   for (Index i = 0; i < count(); ++i) {
     ModelNumber& number = open_[at(i)];
     const double range = number.kind == ModelNumber::Kind::kWidth ? kWidthRange : kOtherRange;
-    box_.least[i] = -range;
-    box_.most[i] = range;
+    const bool is_sigma = number.kind == ModelNumber::Kind::kSigma;
+    box_.least[i] = is_sigma ? std::log1p(std::exp(-2 * range)) : -range;
+    box_.most[i] = is_sigma ? std::log1p(std::exp(2 * range)) : range;
+    if (is_sigma) start_[i] = number.place(number.unit);
     if (!number.is_variance()) continue;
     // What twice the variance adds.
     posterior::Numbers twice = numbers;
@@ -212,7 +222,7 @@ posterior::Numbers CohortModel::numbers(const VectorXd& x) const {
         break;
       }
       case ModelNumber::Kind::kSigma:
-        numbers.sigma = std::exp(x[i]);
+        numbers.sigma = number.value(x[i]) / number.unit;
         break;
     }
   }

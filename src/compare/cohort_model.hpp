@@ -52,7 +52,7 @@ struct Matches {
 
 /// A noise model of a cohort, as a function of the numbers that are fitted. These are places x on scales on which the
 /// evidence is nearly quadratic: log(1 + v/v₀) of the variances v of momenta (1/λ) and channels, v₀ that whose effect
-/// is some times σ², from 0 where they vanish; the logarithm of others.
+/// is some times σ², from 0 where they vanish, and of σ², v₀ that of the settings; the logarithm of others.
 class CohortModel {
  public:
   /// @param cohort is referred to
@@ -64,6 +64,7 @@ class CohortModel {
   Eigen::Index count() const { return std::ssize(open_); }
   int shapes() const { return static_cast<int>(specimens_.size()); }
   const posterior::Specimen& specimen(int shape) const { return specimens_[static_cast<std::size_t>(shape)]; }
+  const posterior::Specimen& fullest() const;  ///< the first of those that lack the fewest landmarks
   const Cohort& cohort() const { return cohort_; }
   const CohortSettings& settings() const { return settings_; }
   const OpenNoise& noise() const { return noise_; }

@@ -30,6 +30,16 @@ constexpr int kMostOutward = 6;  // places at which an end is sought
 constexpr double kAtEnd = 0.1;   // nats: within 0.05 deviations of an end
 constexpr double kFarthest = 3;  // times the distance at which a parabola ends
 
+}  // namespace
+
+double jackknife_variance(const VectorXd& without_group) {
+  const auto count = static_cast<double>(without_group.size());
+  if (count < 2) return 0;
+  return (count - 1) / count * (without_group.array() - without_group.mean()).square().sum();
+}
+
+namespace {
+
 double upper_tail(double x) { return 0.5 * std::erfc(x / std::numbers::sqrt2); }
 
 MatrixXd inverse_of(const MatrixXd& information) {
@@ -41,32 +51,31 @@ MatrixXd inverse_of(const MatrixXd& information) {
 // Variances of the maximum by the draws, each group of which moves it by a Newton step; numbers at a bound stay there.
 VectorXd variances_by_draws(const LocalEvidence& local, const Box& box) {
   VectorXd variances = VectorXd::Zero(local.x.size());
-  const Index groups = local.gradients_without_group.cols();
   std::vector<Index> free;
   for (Index i = 0; i < local.x.size(); ++i)
     if (local.x[i] > box.least[i] && local.x[i] < box.most[i]) free.push_back(i);
-  if (groups < 2 || free.empty()) return variances;
+  if (local.gradients_without_group.cols() == 0 || free.empty()) return variances;
   const MatrixXd moves =
       inverse_of(local.slope.information(free, free)) * local.gradients_without_group(free, Eigen::all);
-  variances(free) = (moves.colwise() - moves.rowwise().mean()).rowwise().squaredNorm() *
-                    (static_cast<double>(groups - 1) / static_cast<double>(groups));
+  for (std::size_t k = 0; k < free.size(); ++k)
+    variances[free[k]] = jackknife_variance(moves.row(static_cast<Index>(k)).transpose());
   return variances;
 }
 
-}  // namespace
-
-namespace {
-
 // Directions in which differences are taken, a column each of about one deviation: the axes of the metric, of numbers
-// that a bound leaves no room for each by itself.
+// that a bound leaves no room for each by itself, no farther than to the bound if that is not near.
 MatrixXd axes_of(const MatrixXd& metric, const VectorXd& x, const Box& box) {
   const Index n = x.size();
   MatrixXd axes = MatrixXd::Zero(n, n);
   std::vector<Index> inside;
   for (Index i = 0; i < n; ++i) {
     const double deviation = std::min(1 / std::sqrt(metric(i, i)), 1.0);
+    const double room = std::min(x[i] - box.least[i], box.most[i] - x[i]);
     axes(i, i) = deviation;
-    if (std::min(x[i] - box.least[i], box.most[i] - x[i]) > kStencil * deviation) inside.push_back(i);
+    if (room > kStencil * deviation)
+      inside.push_back(i);
+    else if (room > kNearer * kStencil * deviation)
+      axes(i, i) = 0.999 * room / kStencil;  // of which rounding leaves both sides inside
   }
   if (inside.empty()) return axes;
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(metric(inside, inside));

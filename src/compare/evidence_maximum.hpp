@@ -17,6 +17,9 @@ struct Evidence {
   Eigen::VectorXd without_group;  ///< of no size where nothing was sampled
 };
 
+/// The variance of a number by what it would be if one group of draws were left out; 0 of fewer than two groups.
+double jackknife_variance(const Eigen::VectorXd& without_group);
+
 /// None where there is no evidence, as where some shape has no path or too few draws are effective.
 using EvidenceAt = std::function<std::optional<Evidence>(const Eigen::VectorXd& x)>;
 

@@ -23,15 +23,10 @@ constexpr double kMostDeviation = 2;  // of x: a number less determined than by 
 // Deviations of a number, and of x at most where the data do not determine it. What draws add to 20 ovals had a slope
 // of 1.5 nats along sigma, which promised 15 nats in five times that.
 constexpr double kTrusted = 1.5, kMostTrusted = 0.7;
-constexpr double kFar = 0.5;        // deviations, within the steps of differences
-constexpr double kLongestStep = 3;  // of x
-
-// Of a number that each group of draws would make something else of if it were left out.
-double jackknife_error(const VectorXd& without_group) {
-  const auto count = static_cast<double>(without_group.size());
-  if (count < 2) return 0;
-  return std::sqrt((count - 1) / count * (without_group.array() - without_group.mean()).square().sum());
-}
+constexpr double kFar = 0.5;            // deviations, within the steps of differences
+constexpr double kLongestStep = 3;      // of x
+constexpr int kTurnsByDifferences = 6;  // of numbers and matches
+constexpr double kLeastPromise = 0.05;  // nats of Laplace's evidence: far below what decides
 
 }  // namespace
 
@@ -58,11 +53,9 @@ std::optional<Evidence> evidence_by_draws(const CohortModel& cohort, const Match
   return std::nullopt;
 }
 
-std::optional<double> evidence_by_draws(const CohortModel& cohort, const Matches& about) {
-  if (!has_draws(cohort)) return std::nullopt;
+std::optional<Evidence> evidence_by_draws(const CohortModel& cohort, const Matches& about) {
   std::vector<MatrixXd> starts;
-  const std::optional<Evidence> evidence = evidence_by_draws(cohort, about, starts);
-  return evidence ? std::optional(evidence->value) : std::nullopt;
+  return has_draws(cohort) ? evidence_by_draws(cohort, about, starts) : std::nullopt;
 }
 
 Box trusted_about(const VectorXd& x, const MatrixXd& metric, const Box& box, double part) {
@@ -87,9 +80,56 @@ SecondOrder CorrectedEvidence::at(const VectorXd& x) const {
   return found;
 }
 
+namespace {
+
 Correction correction_of(const CohortModel& cohort, const Matches& about, const LocalEvidence& found) {
   const SecondOrder linear = cohort.linear_evidence(about, about.x);
   return {about.x, found.slope.gradient - linear.gradient, found.slope.information - linear.information};
+}
+
+}  // namespace
+
+Correction correction_about(const CohortModel& cohort, const Matches& about, const Box& box) {
+  const auto evidence = [&](const VectorXd& x) -> std::optional<Evidence> {
+    try {
+      return Evidence{cohort.match(x, &about, CohortModel::Effort::kRough).log_evidence, {}};
+    } catch (const NumericalError&) {
+      return std::nullopt;
+    }
+  };
+  const MatrixXd metric = metric_of(cohort.linear_evidence(about, about.x).information);
+  return correction_of(cohort, about, evidence_about(evidence, about.x, {about.log_evidence, {}}, metric, box));
+}
+
+matching::NewtonMaximum greatest_corrected(const CohortModel& cohort, const Matches& about,
+                                           const Correction& correction, const Box& box) {
+  const MatrixXd information = cohort.linear_evidence(about, about.x).information + correction.bend;
+  const CorrectedEvidence evidence(cohort, about, correction);
+  return maximise_by_newton([&](const VectorXd& x) { return evidence.value(x); },
+                            [&](const VectorXd& x) { return evidence.at(x); },
+                            trusted_about(about.x, metric_of(information), box), box.clipped(about.x));
+}
+
+void turn_by_turn(const CohortModel& cohort, Matches& best, Correction& correction, const Box& box) {
+  correction.x = best.x;
+  bool is_found = false;
+  for (int turn = 0; turn < kTurnsByDifferences; ++turn) try {
+      const matching::NewtonMaximum there = greatest_corrected(cohort, best, correction, box);
+      const double promised = there.about.value - best.log_evidence;
+      if (promised < kLeastPromise) break;
+      Matches next = cohort.match(there.x, &best, CohortModel::Effort::kRough);
+      const double gain = next.log_evidence - best.log_evidence;
+      if (gain > 0) {
+        correction.move_to(next.x);
+        best = std::move(next);
+      }
+      if (gain > promised / 2) continue;
+      if (is_found && gain <= 0) break;
+      correction = correction_about(cohort, best, box);
+      is_found = true;
+    } catch (const NumericalError&) {
+      break;  // what was found stands
+    }
 }
 
 EvidenceSurface::EvidenceSurface(const CohortModel& cohort, Matches about, bool sampled)
@@ -115,6 +155,16 @@ std::optional<Evidence> EvidenceSurface::evidence_of(const Matches& matches) {
   if (!sampled_) return Evidence{matches.log_evidence, {}};
   if (is_frozen_) return added_->to(matches.log_evidence, matches.x);
   return evidence_by_draws(*cohort_, matches, starts_);
+}
+
+bool EvidenceSurface::renew() {
+  if (!is_frozen_ || added_->all.x == x()) return false;
+  std::optional<Evidence> here = evidence_by_draws(*cohort_, about_, starts_);
+  if (!here) return false;
+  is_frozen_ = false;
+  local_.here = *std::move(here);
+  measured_at_.resize(0);
+  return measure();
 }
 
 bool EvidenceSurface::is_far() const {
@@ -176,11 +226,16 @@ Correction EvidenceSurface::correction() const { return correction_of(*cohort_, 
 
 EvidenceSurface::Promise EvidenceSurface::greatest(double part, const Box& box) const {
   const MatrixXd metric = metric_of(local_.slope.information);
-  const Box near = trusted_about(x(), metric, is_frozen_ ? trusted_about(added_->all.x, metric, box) : box, part);
+  const Box near = trusted_about(x(), metric, box, part);
+  Box within = near;
+  if (is_frozen_) {
+    const Box known = trusted_about(added_->all.x, metric, box);
+    within = {near.least.cwiseMax(known.least.cwiseMin(x())), near.most.cwiseMin(known.most.cwiseMax(x()))};
+  }
   const CorrectedEvidence evidence(*cohort_, about_, correction());
   const matching::NewtonMaximum best = maximise_by_newton(
-      [&](const VectorXd& to) { return evidence.value(to); }, [&](const VectorXd& to) { return evidence.at(to); }, near,
-      x(), {.tolerance = kAtMaximum / 4, .longest_step = kLongestStep});
+      [&](const VectorXd& to) { return evidence.value(to); }, [&](const VectorXd& to) { return evidence.at(to); },
+      within, x(), {.tolerance = kAtMaximum / 4, .longest_step = kLongestStep});
   Promise promise{best.x, best.about.value - evidence.value(x()), true};
   for (Index i = 0; i < best.x.size(); ++i)
     if ((best.x[i] <= near.least[i] && near.least[i] > box.least[i]) ||
@@ -200,7 +255,7 @@ bool EvidenceSurface::go_to(const VectorXd& to, double most_lost) try {
     there = evidence_of(next);
   }
   if (!there) return false;
-  doubt_ = jackknife_error(there->without_group - local_.here.without_group);
+  doubt_ = std::sqrt(jackknife_variance(there->without_group - local_.here.without_group));
   if (there->value < here() - most_lost) return false;
   const CorrectedEvidence evidence(*cohort_, about_, correction());
   const SecondOrder expected = evidence.at(next.x);

@@ -16,7 +16,7 @@ bool has_draws(const CohortModel& cohort);
 /// @param starts of each shape, see sample_cohort()
 std::optional<Evidence> evidence_by_draws(const CohortModel& cohort, const Matches& about,
                                           std::vector<Eigen::MatrixXd>& starts);
-std::optional<double> evidence_by_draws(const CohortModel& cohort, const Matches& about);
+std::optional<Evidence> evidence_by_draws(const CohortModel& cohort, const Matches& about);
 
 /// Fisher's information with eigenvalues of at least that of a deviation of 2, for steps of numbers that are hardly
 /// determined.
@@ -54,8 +54,15 @@ class CorrectedEvidence {
   Correction correction_;
 };
 
-/// @param found the evidence about the matches
-Correction correction_of(const CohortModel& cohort, const Matches& about, const LocalEvidence& found);
+/// Of Laplace's evidence, by differences between rough matches, of numbers that the box leaves free.
+Correction correction_about(const CohortModel& cohort, const Matches& about, const Box& box);
+/// Where that evidence is greatest in a box, as far as it is trusted.
+matching::NewtonMaximum greatest_corrected(const CohortModel& cohort, const Matches& about,
+                                           const Correction& correction, const Box& box);
+/// Towards the greatest evidence by Laplace in a box: numbers and matches in turn, of which the best is kept. Where the
+/// evidence does not rise by what is promised, as where data hardly determine σ, the correction is found anew.
+void turn_by_turn(const CohortModel& cohort, Matches& best, Correction& correction, const Box& box);
+
 /// The evidence near matches, by draws where these determine it, else Laplace's: that of the models linear about them,
 /// and what differences showed that these lack.
 class EvidenceSurface {
@@ -69,17 +76,21 @@ class EvidenceSurface {
   bool is_sampled() const { return sampled_; }
   /// To second order about x().
   const LocalEvidence& local() const { return local_; }
+  /// Of the models linear about the matches there.
+  Correction correction() const;
   /// The greatest within a box, as far as what was found is trusted. @param part of that far
   struct Promise {
     Eigen::VectorXd x;
     double gain = 0;
-    bool inside = false;  ///< at no bound that is not a number's own
+    bool inside = false;  ///< at no bound of that, but a number's own or the end of what draws determine
   };
   Promise greatest(double part, const Box& box) const;
   /// Whether x() is farther than half a deviation from where differences were taken.
   bool is_far() const;
   /// Takes differences about x(), unless that is where they were taken. @return whether they were
   bool measure();
+  /// Does so by draws where what these add is that of another place. @return whether they determine the evidence
+  bool renew();
   /// To another place, unless the evidence is so much less there; how it rose on the way corrects its slope. From where
   /// draws do not determine the evidence nearby, it is what at() has.
   bool go_to(const Eigen::VectorXd& x, double most_lost = kAtMaximum);
@@ -97,7 +108,6 @@ class EvidenceSurface {
 
   std::optional<Matches> matches_at(const Eigen::VectorXd& x) const;
   std::optional<Evidence> evidence_of(const Matches& matches);
-  Correction correction() const;
 
   const CohortModel* cohort_;
   Matches about_;

@@ -103,9 +103,10 @@ std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found&
       fitted.low = end(is_lambda ? high : low);
       fitted.high = end(is_lambda ? low : high);
     } else if (!(number.kind == ModelNumber::Kind::kWidth && at_rest)) {  // of no momenta any width does
-      fitted.log_deviation = errors[i];
-      fitted.low = number.unit * std::exp(low);
-      fitted.high = number.unit * std::exp(high);
+      const double slope = number.kind == ModelNumber::Kind::kSigma ? 0.5 * (1 + 1 / std::expm1(x[i])) : 1;
+      fitted.log_deviation = slope * errors[i];
+      fitted.low = number.value(low);
+      fitted.high = number.value(high);
     }
     numbers.push_back(std::move(fitted));
   }
@@ -201,7 +202,7 @@ CohortFit record(const CohortModel& cohort, const Found& found) {
     fit.sampling_error = std::hypot(fit.sampling_error, std::sqrt(shape.variance));
     if (shape.samples > 0) fit.effective_part = std::min(fit.effective_part, shape.effective_samples / shape.samples);
   }
-  fit.noise_share = fit.greatest_noise_share = noise_share(cohort, matches, matches.x);
+  fit.noise_share = fit.greatest_noise_share = noise_share(cohort, matches.x);
   return fit;
 }
 

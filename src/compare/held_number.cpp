@@ -15,14 +15,15 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kTurnsAtPlace = 6;  // of numbers and matches
-constexpr double kGain = 0.05;    // nats: far below what decides
+constexpr double kGain = 0.05;  // nats: far below what decides
 
 }  // namespace
 
 HeldNumber::HeldNumber(const CohortModel& cohort, Index held, Matches about)
     : cohort_(cohort), held_(held), start_(about.x[held]) {
-  Correction correction = found_about(about);
+  Box box = cohort.box();
+  box.least[held] = box.most[held] = start_;
+  Correction correction = correction_about(cohort, about, box);
   keep(start_, settled(std::move(about), std::move(correction)));
 }
 
@@ -92,18 +93,11 @@ HeldNumber::Known::iterator HeldNumber::keep(double place, Place found) {
   return known_.insert_or_assign(place, std::move(found)).first;
 }
 
-matching::NewtonMaximum HeldNumber::greatest(double place, const Matches& about, const Correction& correction) const {
-  const MatrixXd information = cohort_.linear_evidence(about, about.x).information + correction.bend;
-  Box box = trusted_about(about.x, metric_of(information), cohort_.box());
-  box.least[held_] = box.most[held_] = place;
-  const CorrectedEvidence evidence(cohort_, about, correction);
-  return matching::maximise_by_newton([&](const VectorXd& x) { return evidence.value(x); },
-                                      [&](const VectorXd& x) { return evidence.at(x); }, box, box.clipped(about.x));
-}
-
 // Nothing where some shape has no path.
 std::optional<HeldNumber::Place> HeldNumber::from(double place, const Place& near) const try {
-  const VectorXd x = greatest(place, near.matches, near.correction).x;
+  Box box = cohort_.box();
+  box.least[held_] = box.most[held_] = place;
+  const VectorXd x = greatest_corrected(cohort_, near.matches, near.correction, box).x;
   Correction correction = near.correction;
   correction.move_to(x);
   return settled(cohort_.match(x, &near.matches, CohortModel::Effort::kRough), std::move(correction));
@@ -126,46 +120,14 @@ bool HeldNumber::improve(Known::iterator place, const Place& near) {
   return true;
 }
 
-// Numbers and matches in turn, of which the best is kept. Where the evidence does not rise by what is promised, as
-// where data hardly determine σ, what the linear models lack is found by differences.
 HeldNumber::Place HeldNumber::settled(Matches best, Correction correction) const {
-  correction.x = best.x;
-  bool is_found = false;
-  for (int turn = 0; turn < kTurnsAtPlace; ++turn) try {
-      const matching::NewtonMaximum there = greatest(best.x[held_], best, correction);
-      const double promised = there.about.value - best.log_evidence;
-      if (promised < kGain) break;
-      Matches next = cohort_.match(there.x, &best, CohortModel::Effort::kRough);
-      const double gain = next.log_evidence - best.log_evidence;
-      if (gain > 0) {
-        correction.move_to(next.x);
-        best = std::move(next);
-      }
-      if (gain > promised / 2) continue;
-      if (is_found && gain <= 0) break;
-      correction = found_about(best);
-      is_found = true;
-    } catch (const NumericalError&) {
-      break;  // what was found stands
-    }
+  Box box = cohort_.box();
+  box.least[held_] = box.most[held_] = best.x[held_];
+  turn_by_turn(cohort_, best, correction, box);
   VectorXd shapes(cohort_.shapes());
   for (Index s = 0; s < shapes.size(); ++s)
     shapes[s] = posterior::LinearAt(*best.minima[at(s)].linear, best.model).laplace();
   return {std::move(best), std::move(shapes), std::move(correction)};
-}
-
-Correction HeldNumber::found_about(const Matches& matches) const {
-  const auto evidence = [&](const VectorXd& x) -> std::optional<Evidence> {
-    try {
-      return Evidence{cohort_.match(x, &matches, CohortModel::Effort::kRough).log_evidence, {}};
-    } catch (const NumericalError&) {
-      return std::nullopt;
-    }
-  };
-  Box box = cohort_.box();
-  box.least[held_] = box.most[held_] = matches.x[held_];
-  const MatrixXd metric = metric_of(cohort_.linear_evidence(matches, matches.x).information);
-  return correction_of(cohort_, matches, evidence_about(evidence, matches.x, {matches.log_evidence, {}}, metric, box));
 }
 
 }  // namespace pulson::compare

@@ -42,13 +42,10 @@ class HeldNumber {
   std::optional<Place> from(double place, const Place& near) const;
   /// The evidence that the models linear about its neighbour's matches have at a place.
   double promise(double place, const Matches& near) const;
-  /// The other numbers where the corrected models about matches have them at a place.
-  matching::NewtonMaximum greatest(double place, const Matches& about, const Correction& correction) const;
   bool improve(Known::iterator place, const Place& near);
   void carry_up(Known::iterator from_here);
   void carry_down(Known::iterator from_here);
   Place settled(Matches best, Correction correction) const;
-  Correction found_about(const Matches& matches) const;
 
   const CohortModel& cohort_;
   Eigen::Index held_;

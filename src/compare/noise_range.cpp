@@ -20,7 +20,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using posterior::LinearAt;
 
 // Variance of the end points, in units of σ², below which neither momenta nor noise show: of numbers that vanish it is
 // 6 millionths each.
@@ -57,15 +56,15 @@ class EvidenceOfMatches {
  public:
   explicit EvidenceOfMatches(const CohortModel& cohort) : cohort_(cohort) {}
 
-  double operator()(double place, const Matches& matches) {
+  Evidence operator()(double place, const Matches& matches) {
     greatest_ = std::max(greatest_, matches.log_evidence);
-    if (!by_draws_ || matches.log_evidence < greatest_ - kHopelesslyBelow) return matches.log_evidence;
+    if (!by_draws_ || matches.log_evidence < greatest_ - kHopelesslyBelow) return {matches.log_evidence, {}};
     const auto known = known_.find(place);
     if (known != known_.end() && known->second.laplace == matches.log_evidence) return known->second.by_draws;
-    const std::optional<double> found = evidence_by_draws(cohort_, matches);
+    const std::optional<Evidence> found = evidence_by_draws(cohort_, matches);
     if (!found) {
       by_draws_ = false;
-      return matches.log_evidence;
+      return {matches.log_evidence, {}};
     }
     known_[place] = {matches.log_evidence, *found};
     return *found;
@@ -73,7 +72,8 @@ class EvidenceOfMatches {
 
  private:
   struct Both {
-    double laplace = 0, by_draws = 0;
+    double laplace = 0;
+    Evidence by_draws;
   };
   const CohortModel& cohort_;
   bool by_draws_ = true;
@@ -83,17 +83,13 @@ class EvidenceOfMatches {
 
 }  // namespace
 
-double noise_share(const CohortModel& cohort, const Matches& about, const VectorXd& x) {
+double noise_share(const CohortModel& cohort, const VectorXd& x) {
   const posterior::Specimen::Model model = cohort.model(x);
-  double of_momenta = 0, of_noise = 0;
-  Index data = 0;
-  for (int s = 0; s < cohort.shapes(); ++s) {
-    const LinearAt linear(*about.minima[at(s)].linear, model);
-    of_momenta += linear.momentum_share();
-    of_noise += linear.noise_share();
-    data += cohort.specimen(s).coordinates();
-  }
-  return of_noise + of_momenta > kDetectable * static_cast<double>(data) ? of_noise / (of_noise + of_momenta) : 0;
+  const auto at_rest = posterior::linear_at_rest(cohort.fullest(), model);
+  const posterior::LinearAt linear(*at_rest, model);
+  const double of_momenta = linear.momentum_share(), of_noise = linear.noise_share();
+  const auto data = static_cast<double>(cohort.fullest().coordinates());
+  return of_noise + of_momenta > kDetectable * data ? of_noise / (of_noise + of_momenta) : 0;
 }
 
 namespace {
@@ -162,18 +158,24 @@ class UpperEnd {
     return next >= share ? next <= kShareRatio * share + kNoShare : std::expm1(high_) <= kShareRatio * std::expm1(low_);
   }
 
-  double evidence(double place) {
+  Evidence evidence(double place) {
     const HeldNumber::Place* found = held_.at_place(place);
-    return found == nullptr ? kNothing : of_matches_(place, found->matches);
+    return found == nullptr ? Evidence{kNothing, {}} : of_matches_(place, found->matches);
   }
+  // Below the greatest. Draws that give it a slope of variance γ² in standard deviations make the variance of the
+  // estimate 1 + γ² times as much, so that this falls that much less: d, the error of a fall f by the draws, is γ√(2f).
   double fall(double place) {
-    double best = evidence(place);
-    for (const double other : places_) best = std::max(best, evidence(other));
-    return best - evidence(place);
+    const Evidence here = evidence(place);
+    Evidence best = here;
+    for (const double other : places_)
+      if (Evidence there = evidence(other); there.value > best.value) best = std::move(there);
+    const double fallen = best.value - here.value;
+    if (!(fallen > 0) || here.without_group.size() == 0 || best.without_group.size() == 0) return fallen;
+    return fallen / (1 + jackknife_variance(best.without_group - here.without_group) / (2 * fallen));
   }
   double share_at(double place) const {
     const HeldNumber::Place* found = held_.at_place(place);
-    return found == nullptr ? 1 : noise_share(cohort_, found->matches, found->matches.x);
+    return found == nullptr ? 1 : noise_share(cohort_, found->matches.x);
   }
 
   // What is known of a place: log(share/(1 − share)), its variance by the other numbers there, and √fall.
@@ -214,7 +216,7 @@ class UpperEnd {
 
   double variance_of_odds(const Matches& matches) const {
     const auto odds = [&](const VectorXd& x) {
-      const double share = noise_share(cohort_, matches, x);
+      const double share = noise_share(cohort_, x);
       return std::log(share / (1 - share));
     };
     std::vector<Index> free;

@@ -23,10 +23,10 @@ constexpr int kMostTurns = 30, kTurnsOfWidth = 5, kTurnsAgain = 2;
 constexpr double kVarianceStep = 3, kWidthStep = 0.7;  // of x in a turn: linear models hold a factor 20, or 2, away
 constexpr double kLost = 5;                            // nats below the best turn: others do not come back
 constexpr int kMostBackoffs = 6;                       // halvings of a turn, where there is no path
-constexpr double kLevels[] = {1.5, 2.7, 0};            // x of noise at which a search begins: amplitudes of 5, 9, 0 σ
+constexpr double kLevels[] = {0.6, 1.5, 2.7, 0};  // x of noise at which a search begins: amplitudes of 2, 5, 9, 0 σ
 constexpr double kHopeless = 15;  // nats of Laplace's evidence below the greatest, which samples do not make up for
 constexpr int kLarge = 32, kFew = 16;  // shapes; a large cohort's first search is that of few of them
-constexpr int kMostSteps = 12, kMostImproved = 2;
+constexpr int kMostSteps = 20, kMostImproved = 2;
 // Nats that differences may promise where the evidence does not rise.
 constexpr double kPromised = 0.1;
 constexpr double kMostOfTrust = 4;  // times what is trusted at first
@@ -160,23 +160,44 @@ class Search {
     return few;
   }
 
-  // Also at some levels of noise: Laplace's evidence falls with the noise where that of the samples does not, and has
-  // several maxima where noise bends the paths.
+  // With as much noise as was found from rest, with none and at some levels, each the greatest evidence by Laplace with
+  // that: this falls with the noise where that of the samples does not, and has several maxima where noise bends the
+  // paths.
   std::vector<Matches> candidates(const Matches& first) const {
-    std::vector<Matches> all{first};
+    std::vector<Matches> all{without_draws(first)};
     if (also_ != nullptr) all.push_back(*also_);
     if (!has_amplitudes()) return all;
     for (const double level : kLevels) try {
-        Box held = box_;
-        for (Index i = 0; i < cohort_.count(); ++i)
-          if (is_amplitude(i)) held.least[i] = held.most[i] = std::max(held.least[i], level);
         if (level == 0 && also_ != nullptr) continue;
-        Matches there = settled(cohort_.match(held.clipped(first.x), &first), held, kTurnsOfWidth);
-        if (there.log_evidence > all.front().log_evidence - kHopeless) all.push_back(std::move(there));
+        Matches best = at_level(level, first);
+        if (also_ != nullptr)
+          if (Matches other = at_level(level, *also_); other.log_evidence > best.log_evidence) best = std::move(other);
+        const auto greatest = std::max_element(all.begin(), all.end(), [](const Matches& one, const Matches& another) {
+          return one.log_evidence < another.log_evidence;
+        });
+        if (best.log_evidence > greatest->log_evidence - kHopeless) all.push_back(without_draws(std::move(best)));
       } catch (const NumericalError&) {
         // no path with so much noise
       }
     return all;
+  }
+
+  // To the greatest evidence by Laplace with as much noise, which costs no draws.
+  Matches without_draws(Matches best) const {
+    if (!has_draws(cohort_)) return best;
+    Box held = box_;
+    for (Index i = 0; i < cohort_.count(); ++i)
+      if (is_amplitude(i)) held.least[i] = held.most[i] = best.x[i];
+    Correction correction = correction_about(cohort_, best, held);
+    turn_by_turn(cohort_, best, correction, held);
+    return cohort_.match(best.x, &best);
+  }
+
+  Matches at_level(double level, const Matches& near) const {
+    Box held = box_;
+    for (Index i = 0; i < cohort_.count(); ++i)
+      if (is_amplitude(i)) held.least[i] = held.most[i] = std::max(held.least[i], level);
+    return settled(cohort_.match(held.clipped(near.x), &near), held, kTurnsOfWidth);
   }
 
   bool is_amplitude(Index i) const { return cohort_.open()[at(i)].kind == Kind::kAmplitude; }
@@ -193,8 +214,10 @@ class Search {
 
   std::vector<PlaceEvidence> evidences(const std::vector<Matches>& candidates) const {
     std::vector<PlaceEvidence> places;
-    for (const Matches& candidate : candidates)
-      places.push_back({candidate.log_evidence, evidence_by_draws(cohort_, candidate)});
+    for (const Matches& candidate : candidates) {
+      places.push_back({candidate.log_evidence, {}});
+      if (const auto sampled = evidence_by_draws(cohort_, candidate)) places.back().by_draws = sampled->value;
+    }
     return places;
   }
 
@@ -222,7 +245,8 @@ class Search {
       if (behind(of_kind[place.index]) > kFarBehind) continue;
       // Without noise the fit of `none` is known; where noise gains little by it nothing is lost.
       if (!with_noise && also_ != nullptr && !found.empty()) continue;
-      found.push_back(climbed({candidates[which[place.index]], place.by_draws}));
+      const Matches& start = candidates[which[place.index]];
+      found.push_back(climbed({start, place.by_draws}));
       surfaces.push_back(*surface_);
       reached.push_back(
           {surface_->about().log_evidence, surface_->is_sampled() ? std::optional(surface_->here()) : std::nullopt});
@@ -244,17 +268,17 @@ class Search {
       const double before = surface_->here();
       bool ends = best.gain < kAtMaximum;
       found.converged = ends && best.inside;
-      if (!ends && surface_->go_to(best.x)) {
-        const double gain = surface_->here() - before;
-        found.converged = ends = is_little(best) && gain < kAtMaximum;
+      const bool moved = !ends && surface_->go_to(best.x);
+      const double gain = surface_->here() - before;
+      if (gain >= kAtMaximum) {
         if (gain > best.gain / 2) part = std::min(2 * part, kMostOfTrust);
         has_failed = false;
       } else if (!ends && (!has_failed || !surface_->measure())) {
-        found.converged = ends = has_failed && is_little(best);
+        found.converged = ends = (moved || has_failed) && is_little(best);
         part /= 2;
         has_failed = true;
       }
-      if (!ends || (found.converged && vanishes_likelier(tried))) continue;
+      if (!ends || (found.converged && vanishes_likelier(tried)) || (!found.converged && surface_->renew())) continue;
       if (!found.converged || !surface_->is_far()) break;
       surface_->measure();
       found.converged = false;
@@ -315,8 +339,8 @@ class Search {
 
   const CohortModel& cohort_;
   Box box_;
-  Index held_ = -1;  // where a number is
   const Matches* also_ = nullptr;
+  Index held_ = -1;                         // where a number is
   std::optional<EvidenceSurface> surface_;  // about the matches that were found
 };
 

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "core/factorisations.hpp"
-#include "pulson/core/errors.hpp"
 
 namespace pulson::compare {
 
@@ -40,15 +39,6 @@ OwnMean::OwnMean(const std::vector<Specimen>& specimens, Specimen whole) : whole
   const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(precision);
   const Index unknown = (axes.eigenvalues().array() < kUndetermined * axes.eigenvalues().maxCoeff()).count();
   basis_ = axes.eigenvectors().rightCols(axes.eigenvalues().size() - unknown);
-}
-
-std::shared_ptr<const LinearModel> OwnMean::at_rest(const Specimen::Model& model) const {
-  const VectorXd rest = VectorXd::Zero(whole_.unknowns());
-  const auto shot = whole_.shoot(model, rest);
-  if (!shot)
-    throw NumericalError(
-        "landmarks at rest have no path: the noise is too strong for the time step; use more `grid.steps`");
-  return std::make_shared<const LinearModel>(whole_, model, *shot, rest);
 }
 
 double OwnMean::log_factor(const LinearModel& at_rest, const Specimen::Model& model) const {

@@ -22,7 +22,9 @@ class OwnMean {
   OwnMean(const std::vector<posterior::Specimen>& specimens, posterior::Specimen whole);
 
   /// The model linear at rest. @throws NumericalError where the noise leaves rest no path
-  std::shared_ptr<const posterior::LinearModel> at_rest(const posterior::Specimen::Model& model) const;
+  std::shared_ptr<const posterior::LinearModel> at_rest(const posterior::Specimen::Model& model) const {
+    return posterior::linear_at_rest(whole_, model);
+  }
 
   /// The logarithm of that factor at other numbers.
   double log_factor(const posterior::LinearModel& at_rest, const posterior::Specimen::Model& model) const;

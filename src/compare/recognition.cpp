@@ -7,7 +7,6 @@
 #include <Eigen/Cholesky>
 
 #include "cohort_model.hpp"
-#include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "random/normals.hpp"
 #include "statistics.hpp"
@@ -19,7 +18,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Kind = ModelNumber::Kind;
-using posterior::LinearModel;
 using posterior::Specimen;
 
 constexpr int kCohorts = 50;            // from each model: a part to ± 7 %
@@ -198,9 +196,7 @@ class RestModel {
   std::vector<MatrixXd> parts_at(double width) const {
     VectorXd x = box_.least;
     if (width_ >= 0) x[width_] = width;
-    const Specimen* most = &cohort_.specimen(0);  // which has all landmarks, if any
-    for (int s = 1; s < cohort_.shapes(); ++s)
-      if (cohort_.specimen(s).coordinates() > most->coordinates()) most = &cohort_.specimen(s);
+    const Specimen& most = cohort_.fullest();
     const auto model_of = [&](double lambda, Index amplitude) {
       posterior::Numbers numbers = cohort_.numbers(x);
       numbers.lambda = lambda;
@@ -209,18 +205,14 @@ class RestModel {
       for (const Index i : amplitudes_)
         theta[cohort_.open()[at(i)].parameter] = amplitude < 0 || i == amplitude ? 1 : kNoAmplitude;
       if (theta.size() > 0) numbers.noise = numbers.noise->with_parameters(theta);
-      return most->model(numbers);
+      return most.model(numbers);
     };
     constexpr Index kEvery = -1;
     const Index none = cohort_.count();
     const double rest = 1 / (kNoAmplitude * kNoAmplitude);
-    const Specimen::Model model = model_of(1, kEvery);
-    const VectorXd z = VectorXd::Zero(most->unknowns());
-    const auto shot = most->shoot(model, z);
-    if (!shot) throw NumericalError("landmarks at rest have no path");
-    const LinearModel linear(*most, model, *shot, z);
+    const auto linear = posterior::linear_at_rest(most, model_of(1, kEvery));
     const auto covariance_of = [&](double lambda, Index amplitude) -> MatrixXd {
-      return linear.covariance(model_of(lambda, amplitude)).topLeftCorner(most->coordinates(), most->coordinates());
+      return linear->covariance(model_of(lambda, amplitude)).topLeftCorner(most.coordinates(), most.coordinates());
     };
     const MatrixXd fixed = covariance_of(rest, none);
     std::vector<MatrixXd> parts{fixed - MatrixXd::Identity(fixed.rows(), fixed.cols()), covariance_of(1, none) - fixed};

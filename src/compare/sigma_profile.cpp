@@ -29,7 +29,7 @@ constexpr double kBorder = 1.05;                   // how closely it is shown wh
 
 bool is_none(const ComparedModel& model) { return model.noise == "none"; }
 
-// A model of which σ is a number, at places log(σ/middle).
+// A model of which σ is a number.
 class Walk {
  public:
   Walk(const Comparison& comparison, const NoiseChoice& noise, const ComparedModel& compared, double middle)
@@ -39,15 +39,18 @@ class Walk {
                  model_.match(place_of(compared.fit), nullptr, CohortModel::Effort::kRough)),  // σ is the last
         shift_(compared.score - numbers_.at_place(numbers_.start())->matches.log_evidence) {}
 
-  HeldNumber& numbers() { return numbers_; }
+  void visit(double sigma) { numbers_.visit(place(sigma)); }
+  void visit_all(const VectorXd& rising) {
+    numbers_.visit_all(rising.unaryExpr([&](double sigma) { return place(sigma); }));
+  }
 
   // The score, and the evidence of each shape; NaN where some shape has no path.
-  double score(double place) const {
-    const HeldNumber::Place* found = numbers_.at_place(place);
+  double score(double sigma) const {
+    const HeldNumber::Place* found = numbers_.at_place(place(sigma));
     return found == nullptr ? text::kMissing : shift_ + found->matches.log_evidence;
   }
-  VectorXd shapes(double place) const {
-    const HeldNumber::Place* found = numbers_.at_place(place);
+  VectorXd shapes(double sigma) const {
+    const HeldNumber::Place* found = numbers_.at_place(place(sigma));
     return found == nullptr ? VectorXd::Constant(model_.shapes(), text::kMissing) : found->shapes;
   }
 
@@ -61,6 +64,7 @@ class Walk {
     return settings;
   }
 
+  double place(double sigma) const { return model_.open().back().place(sigma); }
   VectorXd place_of(const CohortFit& fit) const {
     std::vector<double> values;
     for (const ModelNumber& number : model_.open()) {
@@ -114,7 +118,7 @@ Limit limit_of(const Comparison& comparison, const std::vector<NoiseChoice>& noi
   return limit;
 }
 
-SigmaProfile profile_at(const std::vector<double>& sigmas, double middle, const Comparison& comparison,
+SigmaProfile profile_at(const std::vector<double>& sigmas, const Comparison& comparison,
                         const std::vector<std::optional<Walk>>& walks, const Limit& limit) {
   const auto count = std::ssize(sigmas), models = std::ssize(walks), shapes = std::ssize(comparison.cohort.targets);
   SigmaProfile profile{.sigma = Eigen::Map<const VectorXd>(sigmas.data(), count),
@@ -123,11 +127,10 @@ SigmaProfile profile_at(const std::vector<double>& sigmas, double middle, const 
   for (Index k = 0; k < count; ++k) {
     auto scores = profile.scores.row(k);
     MatrixXd& evidence = profile.shapes[at(k)];
-    const double place = std::log(sigmas[at(k)] / middle);
     for (Index m = 0; m < models; ++m)
       if (const std::optional<Walk>& walk = walks[at(m)]) {
-        scores[m] = walk->score(place);
-        evidence.col(m) = walk->shapes(place);
+        scores[m] = walk->score(sigmas[at(k)]);
+        evidence.col(m) = walk->shapes(sigmas[at(k)]);
       }
     for (Index m = 0; limit.none >= 0 && m < models; ++m) {
       const double least = scores[limit.none] - limit.price[m];
@@ -168,7 +171,6 @@ SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<Noise
   const SerialBlas serial;
   const auto start = std::chrono::steady_clock::now();
   const double middle = comparison.models[comparison.best].fit.sigma;
-  const auto place_of = [&](double sigma) { return std::log(sigma / middle); };
   const VectorXd places = places_of(comparison);
   std::vector<double> sigmas(places.begin(), places.end());
   std::vector<std::optional<Walk>> walks(noises.size());
@@ -176,12 +178,12 @@ SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<Noise
       const ComparedModel& model = comparison.models[m];
       if (!std::isfinite(model.score)) continue;
       walks[m].emplace(comparison, noises[m], model, middle);
-      walks[m]->numbers().visit_all(places.unaryExpr(place_of));
+      walks[m]->visit_all(places);
     } catch (const NumericalError&) {
       walks[m].reset();  // it has no evidence
     }
   const Limit limit = limit_of(comparison, noises);
-  SigmaProfile profile = profile_at(sigmas, middle, comparison, walks, limit);
+  SigmaProfile profile = profile_at(sigmas, comparison, walks, limit);
   const auto changes_above = [&](Index k) {
     return profile.sigma[k + 1] > kBorder * profile.sigma[k] &&
            !are_same(at_place(profile, comparison, k), at_place(profile, comparison, k + 1));
@@ -193,9 +195,9 @@ SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<Noise
     }
     const double sigma = std::sqrt(profile.sigma[k] * profile.sigma[k + 1]);
     for (std::optional<Walk>& walk : walks)
-      if (walk) walk->numbers().visit(place_of(sigma));
+      if (walk) walk->visit(sigma);
     sigmas.insert(sigmas.begin() + k + 1, sigma);
-    profile = profile_at(sigmas, middle, comparison, walks, limit);
+    profile = profile_at(sigmas, comparison, walks, limit);
     k = 0;  // what is found there may be better elsewhere
   }
   profile.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -169,6 +169,17 @@ bool is_determined(const Points& source, const Points& target, AlignmentKind kin
   return source.rows() * observed > alignment_parameters(kind, source.rows());
 }
 
+double part_of_pose(const Points& source, const std::vector<Landmarks>& shapes) {
+  const auto squares = [](const Points& off) { return off.array().isFinite().select(off.array(), 0).square().sum(); };
+  double all = 0, left = 0;
+  for (const Landmarks& shape : shapes) {
+    if (!is_determined(source, shape.points, AlignmentKind::kSimilarity)) continue;
+    all += squares(source - shape.points);
+    left += squares(align(source, shape.points, AlignmentKind::kSimilarity).apply(source) - shape.points);
+  }
+  return all > 0 ? 1 - left / all : 0;
+}
+
 void require_determined(const Points& source, const Points& target, AlignmentKind kind, std::string_view shape,
                         const VectorXd& weights) {
   if (is_determined(source, target, kind, weights)) return;

@@ -23,6 +23,13 @@ bool is_determined(const Points& source, const Points& target, AlignmentKind kin
 void require_determined(const Points& source, const Points& target, AlignmentKind kind, std::string_view shape,
                         const Eigen::VectorXd& weights = {});
 
+/// Of the sum of squared distances from a source to shapes, the part that a similarity of each removes, of those where
+/// that is determined. @param source, shapes d×N, NaN where a landmark is missing
+double part_of_pose(const Points& source, const std::vector<Landmarks>& shapes);
+
+/// Of that, what makes it worth a note that shapes are taken in the pose that they have.
+inline constexpr double kMostlyPose = 0.5;
+
 /// Landmarks that procrustes_mean() places beside the others by the coordinates of one shape, since no shapes that can
 /// be aligned with one another have both; from 0.
 std::vector<int> placed_as_given(const std::vector<Landmarks>& shapes, AlignmentKind kind);

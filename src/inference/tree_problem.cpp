@@ -16,8 +16,6 @@
 namespace pulson::inference {
 namespace {
 
-constexpr double kMostlyPlaced = 0.5;
-
 std::size_t index_of(int node) { return static_cast<std::size_t>(node); }
 
 std::string words_for(const std::vector<TreeNode>& tree, std::size_t node) {
@@ -88,18 +86,6 @@ std::vector<std::string> sampled_names(const std::vector<std::string>& asked, co
     names.push_back(name);
   }
   return names;
-}
-
-// Of the sum of squared distances to shapes, what a similarity of each removes, where that is determined.
-double part_of_place(const Points& source, const std::vector<Landmarks>& shapes) {
-  const auto squares = [](const Points& off) { return off.array().isFinite().select(off.array(), 0).square().sum(); };
-  double all = 0, left = 0;
-  for (const Landmarks& shape : shapes) {
-    if (!is_determined(source, shape.points, AlignmentKind::kSimilarity)) continue;
-    all += squares(source - shape.points);
-    left += squares(align(source, shape.points, AlignmentKind::kSimilarity).apply(source) - shape.points);
-  }
-  return all > 0 ? 1 - left / all : 0;
 }
 
 // Of the paths from the root to each of two nodes, what both share.
@@ -185,7 +171,7 @@ PosteriorProblem make_tree_problem(const Landmarks& source, const std::vector<Tr
   problem.specimens.erase(problem.specimens.begin() + 1, problem.specimens.end());
   problem.sources.erase(problem.sources.begin() + 1, problem.sources.end());
   add_priors(problem, all, sampled_names(parameters, all, !traits.linear));
-  if (const double placed = as_given ? part_of_place(source.points, observed) : 0; placed > kMostlyPlaced)
+  if (const double placed = as_given ? part_of_pose(source.points, observed) : 0; placed > kMostlyPose)
     problem.notes.push_back(
         fmt::format("{:.0f} % of the squared distances from the root are position, orientation and size of the shapes, "
                     "and count as evolution; `align = similarity` removes them",

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/factorisations.hpp"
+#include "pulson/core/errors.hpp"
 #include "random/normals.hpp"
 
 namespace pulson::posterior {
@@ -40,6 +41,15 @@ MatrixXd gram_through(const MatrixXd& rows, const MatrixXd& root, Index d) {
 }
 
 }  // namespace
+
+std::shared_ptr<const LinearModel> linear_at_rest(const Specimen& specimen, const Specimen::Model& model) {
+  const VectorXd rest = VectorXd::Zero(specimen.unknowns());
+  const auto shot = specimen.shoot(model, rest);
+  if (!shot)
+    throw NumericalError(
+        "landmarks at rest have no path: the noise is too strong for the time step; use more `grid.steps`");
+  return std::make_shared<const LinearModel>(specimen, model, *shot, rest);
+}
 
 LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model, const Specimen::Shot& at,
                          const VectorXd& z)

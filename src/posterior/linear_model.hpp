@@ -51,6 +51,10 @@ class LinearModel {
   Eigen::MatrixXd momentum_gram_;  ///< G_v (K + ε) G_vᵀ with that root
 };
 
+/// About rest: without momenta and increments.
+/// @throws NumericalError where the noise leaves rest no path
+std::shared_ptr<const LinearModel> linear_at_rest(const Specimen& specimen, const Specimen::Model& model);
+
 /// It at one θ in whitened unknowns: r ≈ Jz + c, S = I + JJᵀ.
 class LinearAt {
  public:

@@ -11,6 +11,7 @@
 #include "cohort_examples.hpp"
 #include "combinations.hpp"
 #include "evidence_surface.hpp"
+#include "noise_range.hpp"
 #include "number_search.hpp"
 #include "pulson/compare/comparison.hpp"
 
@@ -53,8 +54,20 @@ TEST_P(OfEvidence, GradientsOfLinearModelsAreThoseOfTheirValue) {
   }
 }
 
+// At rest every landmark moves by K p0, K of unit diagonal, and by noise of variance β² in a unit of time.
+TEST(NoiseShare, IsThatOfTheVariances) {
+  const Cohort cohort = make_cohort(oval(6), {oval(6)}, AlignmentKind::kNone);
+  CohortSettings settings = cohort_settings();
+  settings.sigma = 0.05;
+  const CohortModel model(cohort, make_open_noise("ch-sd", cohort.source), settings);
+  for (const double beta : {0.05, 0.3}) {
+    const double lambda = 20;
+    EXPECT_NEAR(noise_share(model, model.place({lambda, beta})), beta * beta / (beta * beta + 1 / lambda), 1e-3);
+  }
+}
+
 // Differences about the maximum of 20 shapes give the evidence half a deviation away, in any direction, twice as well
-// as the linear models.
+// as the linear models. A number at its bound stays there: of that differences know one side.
 TEST(CorrectedEvidence, IsLaplacesNearThePlaceOfItsDifferences) {
   CohortSettings settings = cohort_settings();
   settings.fit_width = settings.fit_sigma = true;
@@ -67,14 +80,16 @@ TEST(CorrectedEvidence, IsLaplacesNearThePlaceOfItsDifferences) {
     ASSERT_TRUE(found.converged);
     const EvidenceSurface surface(model, found.about, false);
     EXPECT_EQ(surface.here(), found.about.log_evidence);
-    const CorrectedEvidence corrected(model, found.about, correction_of(model, found.about, surface.local()));
+    const CorrectedEvidence corrected(model, found.about, surface.correction());
     EXPECT_NEAR(corrected.value(found.x()), found.about.log_evidence, 1e-9);
     Numbers numbers(3);
     const Eigen::LLT<MatrixXd> factors(metric_of(surface.local().slope.information));
     double corrected_squares = 0, linear_squares = 0;
     for (int k = 0; k < 8; ++k) {
       const VectorXd z = VectorXd(numbers(static_cast<int>(model.count()), 1)).normalized();
-      const VectorXd x = model.box().clipped(found.x() + 0.5 * factors.matrixU().solve(z));
+      VectorXd x = model.box().clipped(found.x() + 0.5 * factors.matrixU().solve(z));
+      const auto is_bound = found.x().array() == model.box().least.array();
+      x = is_bound.select(found.x(), x);
       const double there = model.match(x, &found.about).log_evidence;
       corrected_squares += std::pow(corrected.value(x) - there, 2);
       linear_squares += std::pow(model.linear_value(found.about, x) - there, 2);

@@ -155,6 +155,20 @@ TEST_F(CompareProgram, SaysWhatItsStepsLackAndWarnsOfFew) {
   EXPECT_GT(std::abs(read_json("far/comparison.json")["models"][0]["step_error"].get<double>()), 2);
 }
 
+TEST_F(CompareProgram, SaysThatShapesDifferInPoseWhereNoneIsRemoved) {
+  write("a.csv", "0,0\n1,0\n1,1\n0,1\n0.5,1.4\n");
+  write("bent.csv", "0,0\n1.1,0\n1,1.1\n-0.1,1\n0.5,1.2\n");
+  write("turned.csv", "5,5\n5,6.1\n3.9,6\n4,4.9\n3.8,5.5\n");  // the same by a right angle, elsewhere
+  const std::string options = " -o out --sigma 0.05 --noise none --lambda 1 --steps 4 --no-picture ";
+  const auto pose = HasSubstr("are position, orientation and size of the shapes, and count as deformation; --align");
+  EXPECT_THAT(compare("a.csv bent.csv" + options).err, Not(pose));
+  EXPECT_THAT(compare("a.csv turned.csv" + options).err, pose);
+  EXPECT_THAT(compare("a.csv turned.csv --align none" + options).err, Not(pose));
+  EXPECT_THAT(compare("a.csv turned.csv --align similarity" + options).err, Not(pose));
+  write("fewer.csv", "5,5\n5,6.1\n3.9,6\n4,4.9\n");
+  expect_refused("a.csv fewer.csv" + options, "fewer.csv");
+}
+
 // A ring that bends smoothly, with less than a hundredth of independent variation: constant ch-sd is like sigma.
 TEST_F(CompareProgram, SaysThatConstantNoiseIsHiddenInAFittedSigma) {
   std::string text = "specimen,landmark,x,y\n";

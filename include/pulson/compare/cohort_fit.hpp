@@ -119,11 +119,11 @@ struct CohortFit {
   std::optional<SampledEvidence> sampled{};  ///< where it was asked for: then log_evidence is that
   int coordinates = 0;                       ///< n, summed over the shapes
   bool converged = false;
-  /// Fraction of the variance of the end points, linearised about the matches, due to the noise: tr Σ_noise/(tr Σ_noise
-  /// + tr Σ_momenta); 0 where the sum is below a millionth of σ² per coordinate, and nothing but σ is detectable.
+  /// Fraction of the variance of the end points, linearised at rest, due to the noise: tr Σ_noise/(tr Σ_noise +
+  /// tr Σ_momenta); 0 where the sum is below a millionth of σ² per coordinate, and nothing but σ is detectable.
   double noise_share = 0;
-  /// The same with an amplitude of the noise at the upper end of its interval of 90 %: noise up to there is not
-  /// excluded. The greatest over the amplitudes; 0 where none is fitted.
+  /// The upper end of its interval of 90 %: the greatest share over all numbers that the shapes do not exclude, and
+  /// over the amplitudes; 0 where none is fitted.
   double greatest_noise_share = 0;
 
   /// Minus half of Schwarz's criterion: log_evidence − (k/2) log n for k fitted numbers and n shapes, which are the

@@ -1,6 +1,7 @@
 // Landmarks that are wrong as a whole are named: undigitised specimens, exchanged or reversed landmarks, mirror images,
 // other units; and slips on the command line that point at them.
 
+#include <cmath>
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -84,10 +85,14 @@ TEST_F(WrongLandmarks, HaveNoInfluenceOnAComparisonOrAPosterior) {
   run_line(quick);
   const double with_it = sigma_of(read_json("out/comparison.json"));
   write_leaves(1, [](Points&) {});
-  run_line(quick);
-  const double without = sigma_of(read_json("out/comparison.json"));
-  EXPECT_NEAR(sigma_of(robust), without, 0.05 * without);
-  EXPECT_GT(with_it, 1.3 * without);
+  run_line(quick + " --robust");
+  const auto without = read_json("out/comparison.json");
+  const auto& fitted = without.at("models").at(0).at("fitted");
+  ASSERT_EQ(fitted.back().at("name"), "data-sigma");
+  const double deviation = fitted.back().at("log_deviation");  // 0.09
+  EXPECT_LT(deviation, 0.15);
+  EXPECT_LT(std::abs(std::log(sigma_of(robust) / sigma_of(without))), 2 * deviation);
+  EXPECT_GT(with_it, 5 * sigma_of(without));
   write_leaves(1, [](Points& points) { points.col(9) += Eigen::Vector2d(60, -50); });
   EXPECT_THAT(run_line("compare leaves.csv#1 leaves.csv#2 --robust").err, HasSubstr("there is one; it takes 3"));
   EXPECT_THAT(run_line("compare leaves.csv --robust --simulate all").err, HasSubstr("--simulate draws them"));

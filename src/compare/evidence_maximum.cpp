@@ -27,7 +27,7 @@ constexpr double kNearer = 0.3;  // of the step, where one side has no evidence
 // Of the metric's: the linear models' curvature is right to a factor of a few, or the number is not determined.
 constexpr double kLeastOfMetric = 0.1, kMostOfMetric = 100;
 constexpr int kMostOutward = 6;  // places at which an end is sought
-constexpr double kAtEnd = 0.1;   // nats: within 0.05 deviations of an end
+constexpr double kAtEnd = 0.5;   // nats: within 0.2 deviations of an end, of which a line leaves a tenth
 constexpr double kFarthest = 3;  // times the distance at which a parabola ends
 
 }  // namespace
@@ -38,6 +38,12 @@ double jackknife_variance(const VectorXd& without_group) {
   return (count - 1) / count * (without_group.array() - without_group.mean()).square().sum();
 }
 
+double fall_between(const Evidence& greatest, const Evidence& there) {
+  const double fall = greatest.value - there.value;
+  if (!(fall > 0) || greatest.without_group.size() == 0 || there.without_group.size() == 0) return fall;
+  return fall / (1 + jackknife_variance(greatest.without_group - there.without_group) / (2 * fall));
+}
+
 namespace {
 
 double upper_tail(double x) { return 0.5 * std::erfc(x / std::numbers::sqrt2); }
@@ -46,20 +52,6 @@ MatrixXd inverse_of(const MatrixXd& information) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(information);
   const VectorXd sizes = axes.eigenvalues().cwiseAbs().cwiseMax(1e-9 * axes.eigenvalues().cwiseAbs().maxCoeff());
   return axes.eigenvectors() * sizes.cwiseInverse().asDiagonal() * axes.eigenvectors().transpose();
-}
-
-// Variances of the maximum by the draws, each group of which moves it by a Newton step; numbers at a bound stay there.
-VectorXd variances_by_draws(const LocalEvidence& local, const Box& box) {
-  VectorXd variances = VectorXd::Zero(local.x.size());
-  std::vector<Index> free;
-  for (Index i = 0; i < local.x.size(); ++i)
-    if (local.x[i] > box.least[i] && local.x[i] < box.most[i]) free.push_back(i);
-  if (local.gradients_without_group.cols() == 0 || free.empty()) return variances;
-  const MatrixXd moves =
-      inverse_of(local.slope.information(free, free)) * local.gradients_without_group(free, Eigen::all);
-  for (std::size_t k = 0; k < free.size(); ++k)
-    variances[free[k]] = jackknife_variance(moves.row(static_cast<Index>(k)).transpose());
-  return variances;
 }
 
 // Directions in which differences are taken, a column each of about one deviation: the axes of the metric, of numbers
@@ -165,60 +157,62 @@ double drop_of_ninety(double from_bound) {
   return low / 2;
 }
 
-Intervals find_intervals(const EvidenceAt& evidence, const LocalEvidence& maximum, const Box& box,
+Intervals find_intervals(const ProfileAt& profile, const LocalEvidence& maximum, const Box& box,
                          const std::vector<char>& near_bound) {
   const Index n = maximum.x.size();
   constexpr double kNowhere = std::numeric_limits<double>::infinity();
   Intervals intervals{VectorXd::Constant(n, -kNowhere), VectorXd::Constant(n, kNowhere)};
-  const MatrixXd covariance = inverse_of(maximum.slope.information);
-  const VectorXd by_draws = variances_by_draws(maximum, box);
+  const VectorXd deviations = inverse_of(maximum.slope.information).diagonal().cwiseSqrt();
+  const auto wanted_at = [&](Index i, double place) {
+    const bool is_near = near_bound[static_cast<std::size_t>(i)] != 0;
+    return is_near ? drop_of_ninety((place - box.least[i]) / deviations[i]) : kDropOfNinety;
+  };
+  struct Known {
+    VectorXd x;
+    double fall = 0;
+  };
+  std::vector<Known> known;
   for (Index i = 0; i < n; ++i)
     for (const int direction : {-1, 1}) {
-      const double deviation = std::sqrt(covariance(i, i));
-      const VectorXd along = covariance.col(i) / covariance(i, i);
-      const double bound = direction < 0 ? box.least[i] : box.most[i];
-      const double wider = 1 + by_draws[i] / covariance(i, i);
-      const auto wanted = [&](double t) {
-        const double distance = (maximum.x[i] + direction * t - box.least[i]) / deviation;
-        return wider * (near_bound[static_cast<std::size_t>(i)] ? drop_of_ninety(distance) : kDropOfNinety);
-      };
-      // How far the evidence has fallen at a distance t, beyond what is wanted.
-      const auto excess = [&](double t) -> std::optional<double> {
-        VectorXd to = box.clipped(maximum.x + direction * t * along);
-        to[i] = std::clamp(maximum.x[i] + direction * t, box.least[i], box.most[i]);
-        const std::optional<Evidence> there = evidence(to);
-        if (!there) return std::nullopt;
-        return maximum.here.value - there->value - wanted(t);
-      };
-      const double most = direction * (bound - maximum.x[i]);
-      const double first = std::sqrt(2 * wanted(0)) * deviation;
-      double inside = 0, at_inside = -wanted(0), outside = kNowhere, at_outside = kNowhere;
+      const double most = direction * ((direction < 0 ? box.least[i] : box.most[i]) - maximum.x[i]);
+      const auto place = [&](double t) { return std::clamp(maximum.x[i] + direction * t, box.least[i], box.most[i]); };
+      const auto wanted = [&](double t) { return wanted_at(i, place(t)); };
+      // The fall is about t²: where its root is that of what is wanted is sought on lines.
+      const double first = std::sqrt(2 * wanted(0)) * deviations[i];
+      double inside = 0, root_inside = 0, outside = kNowhere, root_outside = kNowhere;
       double t = std::min(first, most);
       double end = first;
       for (int count = 0; count < kMostOutward; ++count) {
-        const std::optional<double> there = excess(t);
+        const std::optional<ProfilePlace> there = profile(i, place(t));
         if (!there) break;  // no evidence so far: that of the parabola
-        end = t;
-        if (std::abs(*there) <= kAtEnd) break;
-        (*there < 0 ? inside : outside) = t;
-        (*there < 0 ? at_inside : at_outside) = *there;
-        if (*there < 0 && t >= most) {
+        const double fall = std::max(fall_between(maximum.here, there->evidence), 0.0), root = std::sqrt(wanted(t));
+        known.push_back({there->x, fall});
+        const bool is_inside = fall < wanted(t);
+        (is_inside ? inside : outside) = t;
+        (is_inside ? root_inside : root_outside) = std::sqrt(fall);
+        if (is_inside && t >= most) {
           end = kNowhere;
           break;
         }
+        const bool is_last = std::abs(fall - wanted(t)) <= kAtEnd;
         if (std::isfinite(outside)) {
-          // The drop is about t²: its root is about a line.
-          const double of_inside = std::sqrt(std::max(at_inside + wanted(inside), 0.0));
-          const double of_outside = std::sqrt(at_outside + wanted(outside));
-          const double root = std::sqrt(wanted(t));
-          t = inside + (outside - inside) * std::clamp((root - of_inside) / (of_outside - of_inside), 0.1, 0.9);
-          end = t;
+          const double part = std::clamp((root - root_inside) / (root_outside - root_inside), 0.0, 1.0);
+          end = inside + (outside - inside) * part;
+          t = inside + (outside - inside) * std::clamp(part, 0.1, 0.9);
         } else {
+          end = t * root / std::max(root_inside, 0.5 * root);
           t = std::min({1.6 * t, most, kFarthest * first});
           if (t <= inside) break;
         }
+        if (is_last) break;
       }
-      if (std::isfinite(end)) (direction < 0 ? intervals.low : intervals.high)[i] = maximum.x[i] + direction * end;
+      if (std::isfinite(end)) (direction < 0 ? intervals.low : intervals.high)[i] = place(end);
+    }
+  for (const Known& one : known)
+    for (Index i = 0; i < n; ++i) {
+      if (one.fall > wanted_at(i, one.x[i])) continue;
+      intervals.low[i] = std::min(intervals.low[i], one.x[i]);
+      intervals.high[i] = std::max(intervals.high[i], one.x[i]);
     }
   return intervals;
 }

@@ -20,6 +20,11 @@ struct Evidence {
 /// The variance of a number by what it would be if one group of draws were left out; 0 of fewer than two groups.
 double jackknife_variance(const Eigen::VectorXd& without_group);
 
+/// By how much an evidence is below another, as far as draws distinguish them. Draws that give the evidence a slope of
+/// variance γ² in standard deviations make the variance of the estimate 1 + γ² times as much, so that a fall counts
+/// that much less: d, the error of a fall f by the draws, is γ√(2f), and what counts f/(1 + d²/(2f)).
+double fall_between(const Evidence& greatest, const Evidence& there);
+
 /// None where there is no evidence, as where some shape has no path or too few draws are effective.
 using EvidenceAt = std::function<std::optional<Evidence>(const Eigen::VectorXd& x)>;
 
@@ -68,15 +73,20 @@ BestPlace best_place(const std::vector<PlaceEvidence>& places);
 inline constexpr double kNinety = 1.644854;
 inline constexpr double kDropOfNinety = kNinety * kNinety / 2;
 
-/// The interval of 90 % of each number by the profile of the evidence, ±∞ where it does not fall before a bound: where
-/// the number is that and the others are where the evidence to second order has them best, at which the evidence itself
-/// is asked for. The drop is wider by what the draws leave uncertain: with V the variance of the estimate by the draws
-/// (jackknife over their groups) and s its standard deviation, 1 + V/s² times as much.
+/// The numbers where one is held and the evidence is greatest, and that; none where there is none.
+struct ProfilePlace {
+  Eigen::VectorXd x;
+  Evidence evidence;
+};
+using ProfileAt = std::function<std::optional<ProfilePlace>(Eigen::Index held, double place)>;
+
+/// The interval of 90 % of each number by the profile of the evidence, ±∞ where it does not fall before a bound. As the
+/// evidence may have several maxima, each has what the places have that are found for the others' ends.
 /// @param near_bound of which numbers the drop is that near a bound
 struct Intervals {
   Eigen::VectorXd low, high;
 };
-Intervals find_intervals(const EvidenceAt& evidence, const LocalEvidence& maximum, const Box& box,
+Intervals find_intervals(const ProfileAt& profile, const LocalEvidence& maximum, const Box& box,
                          const std::vector<char>& near_bound);
 
 }  // namespace pulson::compare

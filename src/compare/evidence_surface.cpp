@@ -63,20 +63,49 @@ Box trusted_about(const VectorXd& x, const MatrixXd& metric, const Box& box, dou
   return {(x - reach).cwiseMax(box.least).cwiseMin(box.most), (x + reach).cwiseMax(box.least).cwiseMin(box.most)};
 }
 
-CorrectedEvidence::CorrectedEvidence(const CohortModel& cohort, const Matches& about, Correction correction)
-    : cohort_(cohort), about_(about), correction_(std::move(correction)) {}
+namespace {
+
+double value_of(const Correction& correction, const VectorXd& x) {
+  const VectorXd step = x - correction.x;
+  return correction.slope.dot(step) - 0.5 * step.dot(correction.bend * step);
+}
+
+VectorXd slope_of(const Correction& correction, const VectorXd& x) {
+  return correction.slope - correction.bend * (x - correction.x);
+}
+
+}  // namespace
+
+AddedByDraws::AddedByDraws(Correction of_laplace, Box known)
+    : of_laplace_(std::move(of_laplace)), known_(std::move(known)) {}
+
+double AddedByDraws::value(const VectorXd& x) const {
+  return of_laplace_ ? value_of(*of_laplace_, known_.clipped(x)) : 0;
+}
+
+void AddedByDraws::add_to(SecondOrder& evidence, const VectorXd& x) const {
+  if (!of_laplace_) return;
+  const VectorXd inside = known_.clipped(x);
+  evidence.value += value_of(*of_laplace_, inside);
+  const VectorXd is_inside = (inside.array() == x.array()).cast<double>();
+  evidence.gradient += slope_of(*of_laplace_, inside).cwiseProduct(is_inside);
+  evidence.information += is_inside.asDiagonal() * of_laplace_->bend * is_inside.asDiagonal();
+}
+
+CorrectedEvidence::CorrectedEvidence(const CohortModel& cohort, const Matches& about, Correction correction,
+                                     AddedByDraws added)
+    : cohort_(cohort), about_(about), correction_(std::move(correction)), added_(std::move(added)) {}
 
 double CorrectedEvidence::value(const VectorXd& x) const {
-  const VectorXd step = x - correction_.x;
-  return cohort_.linear_value(about_, x) + correction_.slope.dot(step) - 0.5 * step.dot(correction_.bend * step);
+  return cohort_.linear_value(about_, x) + value_of(correction_, x) + added_.value(x);
 }
 
 SecondOrder CorrectedEvidence::at(const VectorXd& x) const {
   SecondOrder found = cohort_.linear_evidence(about_, x);
-  const VectorXd step = x - correction_.x;
-  found.value += correction_.slope.dot(step) - 0.5 * step.dot(correction_.bend * step);
-  found.gradient += correction_.slope - correction_.bend * step;
+  found.value += value_of(correction_, x);
+  found.gradient += slope_of(correction_, x);
   found.information += correction_.bend;
+  added_.add_to(found, x);
   return found;
 }
 
@@ -102,23 +131,24 @@ Correction correction_about(const CohortModel& cohort, const Matches& about, con
 }
 
 matching::NewtonMaximum greatest_corrected(const CohortModel& cohort, const Matches& about,
-                                           const Correction& correction, const Box& box) {
-  const MatrixXd information = cohort.linear_evidence(about, about.x).information + correction.bend;
-  const CorrectedEvidence evidence(cohort, about, correction);
+                                           const Correction& correction, const AddedByDraws& added, const Box& box) {
+  const CorrectedEvidence evidence(cohort, about, correction, added);
+  const MatrixXd information = evidence.at(about.x).information;
   return maximise_by_newton([&](const VectorXd& x) { return evidence.value(x); },
                             [&](const VectorXd& x) { return evidence.at(x); },
                             trusted_about(about.x, metric_of(information), box), box.clipped(about.x));
 }
 
-void turn_by_turn(const CohortModel& cohort, Matches& best, Correction& correction, const Box& box) {
+void turn_by_turn(const CohortModel& cohort, Matches& best, Correction& correction, const AddedByDraws& added,
+                  const Box& box) {
   correction.x = best.x;
   bool is_found = false;
   for (int turn = 0; turn < kTurnsByDifferences; ++turn) try {
-      const matching::NewtonMaximum there = greatest_corrected(cohort, best, correction, box);
-      const double promised = there.about.value - best.log_evidence;
+      const matching::NewtonMaximum there = greatest_corrected(cohort, best, correction, added, box);
+      const double promised = there.about.value - best.log_evidence - added.value(best.x);
       if (promised < kLeastPromise) break;
       Matches next = cohort.match(there.x, &best, CohortModel::Effort::kRough);
-      const double gain = next.log_evidence - best.log_evidence;
+      const double gain = next.log_evidence + added.value(next.x) - best.log_evidence - added.value(best.x);
       if (gain > 0) {
         correction.move_to(next.x);
         best = std::move(next);
@@ -208,6 +238,10 @@ bool EvidenceSurface::measure() {
   return true;
 }
 
+Correction EvidenceSurface::Added::correction() const {
+  return {all.x, all.slope.gradient - of_laplace.slope.gradient, all.slope.information - of_laplace.slope.information};
+}
+
 Evidence EvidenceSurface::Added::to(double laplace, const VectorXd& x) const {
   const VectorXd step = x - all.x;
   const double bend = 0.5 * step.dot((all.slope.information - of_laplace.slope.information) * step);
@@ -216,10 +250,23 @@ Evidence EvidenceSurface::Added::to(double laplace, const VectorXd& x) const {
           (all.here.without_group + all.gradients_without_group.transpose() * step).array() + change};
 }
 
-std::optional<Evidence> EvidenceSurface::at(const VectorXd& x) const {
-  const std::optional<Matches> there = matches_at(x);
-  if (!there) return std::nullopt;
-  return added_ ? added_->to(there->log_evidence, x) : Evidence{there->log_evidence, {}};
+Correction EvidenceSurface::correction_of_laplace() const {
+  Correction found = correction();
+  if (!added_) return found;
+  Correction added = added_->correction();
+  added.move_to(x());
+  return {x(), found.slope - added.slope, found.bend - added.bend};
+}
+
+std::optional<Evidence> EvidenceSurface::drawn(const Matches& there) {
+  if (!sampled_ || is_frozen_) return std::nullopt;
+  return evidence_of(there);
+}
+
+AddedByDraws EvidenceSurface::by_draws() const {
+  if (!added_) return {};
+  const MatrixXd metric = metric_of(added_->all.slope.information);
+  return {added_->correction(), trusted_about(added_->all.x, metric, cohort_->box())};
 }
 
 Correction EvidenceSurface::correction() const { return correction_of(*cohort_, about_, local_); }

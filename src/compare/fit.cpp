@@ -244,6 +244,16 @@ CohortFit without_noise(const CohortModel& cohort, const Matches& matches, Cohor
   return fit;
 }
 
+// With more noise other numbers are likely than with less: their intervals have those, too.
+void widen(FittedNumber& number, double value) {
+  if (value >= number.low && value <= number.high) return;
+  const double before = std::log(number.high / number.low);
+  number.low = std::min(number.low, value);
+  number.high = std::max(number.high, value);
+  const double now = std::log(number.high / number.low);
+  if (before > 0 && std::isfinite(now)) number.log_deviation *= now / before;
+}
+
 }  // namespace
 
 CohortFit fit_model(const CohortModel& cohort, const CohortFit* none) {
@@ -260,8 +270,11 @@ CohortFit fit_model(const CohortModel& cohort, const CohortFit* none) {
     found.about = *std::move(no_noise);
     fit = without_noise(cohort, found.about, std::move(fit), *none);
   }
-  if (cohort.settings().upper_ends)
-    fit.greatest_noise_share = std::max(fit.noise_share, greatest_noise_share(cohort, found.about));
+  if (!cohort.settings().upper_ends) return fit;
+  const NoiseRange range = noise_range(cohort, found.about);
+  fit.greatest_noise_share = std::max(fit.noise_share, range.greatest_share);
+  for (const VectorXd& x : range.places)
+    for (Index i = 0; i < cohort.count(); ++i) widen(fit.fitted[at(i)], cohort.open()[at(i)].value(x[i]));
   return fit;
 }
 

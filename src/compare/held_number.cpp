@@ -21,10 +21,19 @@ constexpr double kGain = 0.05;  // nats: far below what decides
 
 HeldNumber::HeldNumber(const CohortModel& cohort, Index held, Matches about)
     : cohort_(cohort), held_(held), start_(about.x[held]) {
-  Box box = cohort.box();
-  box.least[held] = box.most[held] = start_;
-  Correction correction = correction_about(cohort, about, box);
+  Correction correction = correction_about(cohort, about, box_at(start_));
   keep(start_, settled(std::move(about), std::move(correction)));
+}
+
+HeldNumber::HeldNumber(const CohortModel& cohort, Index held, Matches about, Correction correction, AddedByDraws added)
+    : cohort_(cohort), held_(held), added_(std::move(added)), start_(about.x[held]) {
+  keep(start_, settled(std::move(about), std::move(correction)));
+}
+
+Box HeldNumber::box_at(double place) const {
+  Box box = cohort_.box();
+  box.least[held_] = box.most[held_] = place;
+  return box;
 }
 
 void HeldNumber::visit_all(const VectorXd& rising) {
@@ -49,24 +58,24 @@ void HeldNumber::offer(double place, Matches matches) {
 void HeldNumber::visit(double place) {
   if (known_.contains(place)) return;
   struct Side {
-    double promise;
+    Promise promise;
     const Place* near;
     bool is_above;
   };
   std::vector<Side> sides;
   const auto above = known_.upper_bound(place);
   const auto add = [&](Known::const_iterator side, bool is_above) {
-    sides.push_back({promise(place, side->second.matches), &side->second, is_above});
+    sides.push_back({promise(place, side->second), &side->second, is_above});
   };
   if (above != known_.begin()) add(std::prev(above), false);
   if (above != known_.end()) add(above, true);
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.promise > b.promise; });
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.promise.value > b.promise.value; });
   std::optional<Place> best;
   bool by_above = false;
   for (const Side& side : sides) {
-    if (best && side.promise <= best->value()) continue;
-    std::optional<Place> found = from(place, *side.near);
-    if (!found || (best && found->value() <= best->value())) continue;
+    if (best && side.promise.value <= best->value) continue;
+    std::optional<Place> found = from(*side.near, side.promise);
+    if (!found || (best && found->value <= best->value)) continue;
     best = std::move(found);
     by_above = side.is_above;
   }
@@ -93,41 +102,38 @@ HeldNumber::Known::iterator HeldNumber::keep(double place, Place found) {
   return known_.insert_or_assign(place, std::move(found)).first;
 }
 
+HeldNumber::Promise HeldNumber::promise(double place, const Place& near) const {
+  const matching::NewtonMaximum there =
+      greatest_corrected(cohort_, near.matches, near.correction, added_, box_at(place));
+  return {there.x, there.about.value};
+}
+
 // Nothing where some shape has no path.
-std::optional<HeldNumber::Place> HeldNumber::from(double place, const Place& near) const try {
-  Box box = cohort_.box();
-  box.least[held_] = box.most[held_] = place;
-  const VectorXd x = greatest_corrected(cohort_, near.matches, near.correction, box).x;
+std::optional<HeldNumber::Place> HeldNumber::from(const Place& near, const Promise& to) const try {
   Correction correction = near.correction;
-  correction.move_to(x);
-  return settled(cohort_.match(x, &near.matches, CohortModel::Effort::kRough), std::move(correction));
+  correction.move_to(to.x);
+  return settled(cohort_.match(to.x, &near.matches, CohortModel::Effort::kRough), std::move(correction));
 } catch (const NumericalError&) {
   return std::nullopt;
 }
 
-double HeldNumber::promise(double place, const Matches& near) const {
-  VectorXd x = near.x;
-  x[held_] = place;
-  return cohort_.linear_value(near, cohort_.box().clipped(x));
-}
-
 // @return whether what comes from there gains what matters
 bool HeldNumber::improve(Known::iterator place, const Place& near) {
-  if (!(promise(place->first, near.matches) > place->second.value() + kGain)) return false;
-  std::optional<Place> other = from(place->first, near);
-  if (!other || !(other->value() > place->second.value() + kGain)) return false;
+  const Promise promise = this->promise(place->first, near);
+  if (!(promise.value > place->second.value + kGain)) return false;
+  std::optional<Place> other = from(near, promise);
+  if (!other || !(other->value > place->second.value + kGain)) return false;
   keep(place->first, *std::move(other));
   return true;
 }
 
 HeldNumber::Place HeldNumber::settled(Matches best, Correction correction) const {
-  Box box = cohort_.box();
-  box.least[held_] = box.most[held_] = best.x[held_];
-  turn_by_turn(cohort_, best, correction, box);
+  turn_by_turn(cohort_, best, correction, added_, box_at(best.x[held_]));
   VectorXd shapes(cohort_.shapes());
   for (Index s = 0; s < shapes.size(); ++s)
     shapes[s] = posterior::LinearAt(*best.minima[at(s)].linear, best.model).laplace();
-  return {std::move(best), std::move(shapes), std::move(correction)};
+  const double value = best.log_evidence + added_.value(best.x);
+  return {std::move(best), std::move(shapes), std::move(correction), value};
 }
 
 }  // namespace pulson::compare

@@ -106,10 +106,12 @@ class UpperEnd {
   UpperEnd(const CohortModel& cohort, Index amplitude, const Matches& about)
       : cohort_(cohort), amplitude_(amplitude), held_(cohort, amplitude, about), of_matches_(cohort) {}
 
-  double greatest_share() {
+  void see(NoiseRange& range) {
     visit_levels();
     cut();
-    return std::max(share_within(), std::max(share_at(low_), share_at(high_)));
+    std::sort(places_.begin(), places_.end());
+    range.greatest_share = std::max({range.greatest_share, share_within(), share_at(low_), share_at(high_)});
+    add_places(range.places);
   }
 
  private:
@@ -129,7 +131,7 @@ class UpperEnd {
       if (std::optional<Matches> anew = find_matches_at(cohort_, amplitude_, place))
         held_.offer(place, *std::move(anew));
       const HeldNumber::Place* found = held_.at_place(place);
-      if (found == nullptr || found->value() < held_.at_place(held_.start())->value() - kHopelesslyBelow) break;
+      if (found == nullptr || found->value < held_.at_place(held_.start())->value - kHopelesslyBelow) break;
     }
     const auto last = std::find_if(places_.rbegin(), places_.rend(), [&](double p) { return fall(p) <= kFall; });
     low_ = *last;
@@ -162,16 +164,13 @@ class UpperEnd {
     const HeldNumber::Place* found = held_.at_place(place);
     return found == nullptr ? Evidence{kNothing, {}} : of_matches_(place, found->matches);
   }
-  // Below the greatest. Draws that give it a slope of variance γ² in standard deviations make the variance of the
-  // estimate 1 + γ² times as much, so that this falls that much less: d, the error of a fall f by the draws, is γ√(2f).
+  // Below the greatest.
   double fall(double place) {
     const Evidence here = evidence(place);
     Evidence best = here;
     for (const double other : places_)
       if (Evidence there = evidence(other); there.value > best.value) best = std::move(there);
-    const double fallen = best.value - here.value;
-    if (!(fallen > 0) || here.without_group.size() == 0 || best.without_group.size() == 0) return fallen;
-    return fallen / (1 + jackknife_variance(best.without_group - here.without_group) / (2 * fallen));
+    return fall_between(best, here);
   }
   double share_at(double place) const {
     const HeldNumber::Place* found = held_.at_place(place);
@@ -188,7 +187,6 @@ class UpperEnd {
   // at rest, 20 ovals of 12 landmarks, ends without that hold for 86 %, with it for 92 %.)
   double share_within() {
     std::vector<Known> all;
-    std::sort(places_.begin(), places_.end());
     for (const double place : places_) {
       const HeldNumber::Place* found = held_.at_place(place);
       if (found == nullptr || !std::isfinite(fall(place))) continue;
@@ -212,6 +210,24 @@ class UpperEnd {
       }
     }
     return greatest;
+  }
+
+  // Those known that an interval of 90 % has, and about where it ends between them.
+  void add_places(std::vector<VectorXd>& places) {
+    const VectorXd* before = nullptr;
+    double root_before = 0;
+    const double end = std::sqrt(kDropOfNinety);
+    for (const double place : places_) {
+      const HeldNumber::Place* found = held_.at_place(place);
+      if (found == nullptr) continue;
+      const VectorXd& x = found->matches.x;
+      const double root = std::sqrt(std::max(fall(place), 0.0));
+      if (before != nullptr && std::isfinite(root) && (root <= end) != (root_before <= end))
+        places.emplace_back(*before + (x - *before) * ((end - root_before) / (root - root_before)));
+      if (root <= end) places.push_back(x);
+      before = std::isfinite(root) ? &x : nullptr;
+      root_before = root;
+    }
   }
 
   double variance_of_odds(const Matches& matches) const {
@@ -245,12 +261,11 @@ class UpperEnd {
 
 }  // namespace
 
-double greatest_noise_share(const CohortModel& cohort, const Matches& about) {
-  double greatest = 0;
+NoiseRange noise_range(const CohortModel& cohort, const Matches& about) {
+  NoiseRange range;
   for (Index g = 0; g < cohort.count(); ++g)
-    if (cohort.open()[at(g)].kind == ModelNumber::Kind::kAmplitude)
-      greatest = std::max(greatest, UpperEnd(cohort, g, about).greatest_share());
-  return greatest;
+    if (cohort.open()[at(g)].kind == ModelNumber::Kind::kAmplitude) UpperEnd(cohort, g, about).see(range);
+  return range;
 }
 
 }  // namespace pulson::compare

@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 
 #include "evidence_surface.hpp"
+#include "held_number.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::compare {
@@ -189,7 +190,7 @@ class Search {
     for (Index i = 0; i < cohort_.count(); ++i)
       if (is_amplitude(i)) held.least[i] = held.most[i] = best.x[i];
     Correction correction = correction_about(cohort_, best, held);
-    turn_by_turn(cohort_, best, correction, held);
+    turn_by_turn(cohort_, best, correction, {}, held);
     return cohort_.match(best.x, &best);
   }
 
@@ -294,12 +295,25 @@ class Search {
     return promise.gain < std::max(kPromised, surface_->doubt());
   }
 
-  void find_the_intervals(Found& found) const {
+  void find_the_intervals(Found& found) {
     std::vector<char> near_bound;
     for (const ModelNumber& number : cohort_.open()) near_bound.push_back(number.is_variance() ? 1 : 0);
     found.local = surface_->local();
-    found.intervals =
-        find_intervals([&](const VectorXd& x) { return surface_->at(x); }, *found.local, box_, near_bound);
+    std::optional<HeldNumber> walk;
+    Index walked = -1;
+    const auto profile = [&](Index held, double place) -> std::optional<ProfilePlace> {
+      if (held != walked)
+        walk.emplace(cohort_, walked = held, surface_->about(), surface_->correction_of_laplace(),
+                     surface_->by_draws());
+      walk->visit(place);
+      const HeldNumber::Place* there = walk->at_place(place);
+      if (there == nullptr) return std::nullopt;
+      if (std::optional<Evidence> drawn = surface_->drawn(there->matches))
+        return ProfilePlace{there->matches.x, *std::move(drawn)};
+      const double fallen = walk->at_place(walk->start())->value - there->value;
+      return ProfilePlace{there->matches.x, {surface_->here() - fallen, {}}};
+    };
+    found.intervals = find_intervals(profile, *found.local, box_, near_bound);
   }
 
   // Where a number is near 0, goes to where the evidence without it is greatest, if it is not less.

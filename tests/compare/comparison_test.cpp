@@ -182,7 +182,7 @@ TEST(CompareModels, TheEvidenceOfAShapeIsOfOneKindInAllModels) {
   CompareOptions options = quick();
   options.settings.importance_samples = 40;
   const Landmarks source = oval(8);
-  const CohortShapes shapes{source, drawn_shapes(source, "ch-sd:beta=0.3", 10, options.settings, 3, 5)};
+  const CohortShapes shapes{source, drawn_shapes(source, "ch-sd:beta=0.8", 10, options.settings, 8, 5)};
   const Comparison comparison = compare_models(shapes, {"none", "ch-sd"}, options);
   std::size_t few = 0;
   for (std::size_t s = 0; s < shapes.targets.size(); ++s) {

@@ -27,7 +27,21 @@ VectorXd gradient(const VectorXd& x) { return -kInformation * (x - kMiddle); }
 
 // The evidence of that, without errors.
 std::optional<Evidence> as_evidence(const VectorXd& x) { return Evidence{quadratic(x), {}}; }
+// Its greatest where one number is held.
+std::optional<ProfilePlace> profile(Index held, double place) {
+  const MatrixXd covariance = kInformation.inverse();
+  const VectorXd x = kMiddle + covariance.col(held) * ((place - kMiddle[held]) / covariance(held, held));
+  return ProfilePlace{x, {quadratic(x), {}}};
+}
 const Box kWide{VectorXd{{-99, -99}}, VectorXd{{99, 99}}};
+
+// Of an evidence of one number.
+ProfileAt of_one(const EvidenceAt& evidence) {
+  return [evidence](Index, double place) {
+    const VectorXd x = VectorXd::Constant(1, place);
+    return ProfilePlace{x, *evidence(x)};
+  };
+}
 
 LocalEvidence about(const EvidenceAt& evidence, const VectorXd& x, const MatrixXd& metric, const Box& box) {
   return evidence_about(evidence, x, *evidence(x), metric, box);
@@ -65,7 +79,7 @@ TEST(BestPlace, IsNotOneThatIsFarWorseAsDrawsDoNotTellTheOthers) {
 
 TEST(FindIntervals, OfAQuadraticAreTheMarginalDeviations) {
   const LocalEvidence local = about(as_evidence, kMiddle, kInformation, kWide);
-  const Intervals intervals = find_intervals(as_evidence, local, kWide, {0, 0});
+  const Intervals intervals = find_intervals(profile, local, kWide, {0, 0});
   const MatrixXd covariance = kInformation.inverse();
   for (const Index i : {0, 1}) {
     const double half = 1.64485 * std::sqrt(covariance(i, i));
@@ -77,27 +91,27 @@ TEST(FindIntervals, OfAQuadraticAreTheMarginalDeviations) {
 TEST(FindIntervals, EndAtTheBoxWhereTheEvidenceHasNotFallen) {
   const Box box{VectorXd{{0.9, -99}}, kWide.most};
   const LocalEvidence local = about(as_evidence, kMiddle, kInformation, box);
-  const Intervals intervals = find_intervals(as_evidence, local, box, {0, 0});
+  const Intervals intervals = find_intervals(profile, local, box, {0, 0});
   EXPECT_EQ(intervals.low[0], -std::numeric_limits<double>::infinity());
   EXPECT_TRUE(std::isfinite(intervals.high[0]));
 }
 
 // log cosh: flatter tails than the parabola at its maximum.
 TEST(FindIntervals, FollowEvidenceThatIsNoParabola) {
-  const auto evidence = [](const VectorXd& x) -> std::optional<Evidence> {
+  const EvidenceAt evidence = [](const VectorXd& x) -> std::optional<Evidence> {
     return Evidence{-std::log(std::cosh(2 * x[0])), {}};
   };
   const VectorXd zero = VectorXd::Zero(1);
   const Box box{VectorXd{{-99}}, VectorXd{{99}}};
   const LocalEvidence local = about(evidence, zero, MatrixXd::Constant(1, 1, 4), box);
   const double end = 0.5 * std::acosh(std::exp(kDropOfNinety));
-  EXPECT_NEAR(find_intervals(evidence, local, box, {0}).high[0], end, 0.06);
+  EXPECT_NEAR(find_intervals(of_one(evidence), local, box, {0}).high[0], end, 0.06);
 }
 
 // Two groups of draws that put the maximum s apart: the drop is as much wider as the draws leave uncertain.
 TEST(FindIntervals, AreWiderByTheErrorsOfTheDraws) {
   const double apart = 0.8;
-  const auto evidence = [&](const VectorXd& x) -> std::optional<Evidence> {
+  const EvidenceAt evidence = [&](const VectorXd& x) -> std::optional<Evidence> {
     VectorXd without(2);
     without << -0.5 * std::pow(x[0] - apart / 2, 2), -0.5 * std::pow(x[0] + apart / 2, 2);
     return Evidence{-0.5 * x[0] * x[0], without};
@@ -105,7 +119,8 @@ TEST(FindIntervals, AreWiderByTheErrorsOfTheDraws) {
   const Box box{VectorXd{{-99}}, VectorXd{{99}}};
   const LocalEvidence local = about(evidence, VectorXd::Zero(1), MatrixXd::Identity(1, 1), box);
   const double variance = 2 * std::pow(apart / 2, 2) / 2;  // of the jackknife
-  EXPECT_NEAR(find_intervals(evidence, local, box, {0}).high[0], std::sqrt(2 * kDropOfNinety * (1 + variance)), 0.06);
+  const double end = std::sqrt(2 * kDropOfNinety * (1 + variance));
+  EXPECT_NEAR(find_intervals(of_one(evidence), local, box, {0}).high[0], end, 0.06);
 }
 
 // An estimate that would be N(d, 1) were there no bound at 0: the likelihood ratio of the truth d over a grid of 2e5

@@ -16,6 +16,7 @@
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
+#include "shell/report_parts.hpp"
 #include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 #include "start_options.hpp"

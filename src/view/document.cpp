@@ -86,7 +86,7 @@ class DocumentReader {
     if (item.is_string() && item == "missing") return {Placement::kMissing};
     if (item.is_string() && item == "absent") return {Placement::kAbsent};
     if (!item.is_array() || item.size() != 2 || !item[0].is_number() || !item[1].is_number())
-      fail("points", "holds what is no [x, y], null, \"missing\" or \"absent\"");
+      fail("points", R"(holds what is no [x, y], null, "missing" or "absent")");
     const Eigen::Vector2d position(item[0].get<double>(), item[1].get<double>());
     if (!(position.cwiseAbs().maxCoeff() <= kMostPixels)) fail("points", "holds a position far beyond any picture");
     return {Placement::kPlaced, position};

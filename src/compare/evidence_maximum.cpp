@@ -27,7 +27,7 @@ constexpr double kNearer = 0.3;  // of the step, where one side has no evidence
 // Of the metric's: the linear models' curvature is right to a factor of a few, or the number is not determined.
 constexpr double kLeastOfMetric = 0.1, kMostOfMetric = 100;
 constexpr int kMostOutward = 6;  // places at which an end is sought
-constexpr double kAtEnd = 0.5;   // nats: within 0.2 deviations of an end, of which a line leaves a tenth
+constexpr double kAtEnd = 0.5;   // nats: within 0.2 deviations of an end; of log cosh a line leaves a quarter of that
 constexpr double kFarthest = 3;  // times the distance at which a parabola ends
 
 }  // namespace

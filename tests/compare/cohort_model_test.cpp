@@ -2,6 +2,7 @@
 
 #include "cohort_model.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <tuple>
 
@@ -63,6 +64,43 @@ TEST(NoiseShare, IsThatOfTheVariances) {
   for (const double beta : {0.05, 0.3}) {
     const double lambda = 20;
     EXPECT_NEAR(noise_share(model, model.place({lambda, beta})), beta * beta / (beta * beta + 1 / lambda), 1e-3);
+  }
+}
+
+// The walk along an amplitude and the interval of it end where the evidence has fallen as far; of data without a pose
+// and with known sigma, where that is smooth.
+TEST(NoiseRange, HasPlacesUpToTheEndOfTheInterval) {
+  CohortSettings settings = cohort_settings();
+  settings.sigma = 0.05;
+  const Landmarks source = oval(6);
+  const Cohort cohort =
+      make_cohort(source, drawn_shapes(source, "ch-sd:beta=0.2", 20, settings, 12, 4), AlignmentKind::kNone);
+  const CohortModel model(cohort, make_open_noise("ch-sd", cohort.source), settings);
+  const Found found = find_numbers(model);
+  const NoiseRange range = noise_range(model, found.about);
+  double highest = 0;
+  for (const VectorXd& x : range.places) highest = std::max(highest, x[1]);
+  ASSERT_EQ(model.open()[1].kind, ModelNumber::Kind::kAmplitude);
+  ASSERT_TRUE(std::isfinite(found.intervals.high[1]));
+  EXPECT_GT(highest, found.x()[1]);
+  EXPECT_NEAR(highest, found.intervals.high[1], 0.3 * (found.intervals.high[1] - found.x()[1]));
+  EXPECT_GE(range.greatest_share, noise_share(model, found.x()));
+}
+
+TEST(AddedByDraws, IsThatAtItsBoxBeyondIt) {
+  const AddedByDraws added({VectorXd::Zero(2), VectorXd{{1, -2}}, MatrixXd{{0.5, 0.1}, {0.1, 0.3}}},
+                           {VectorXd::Constant(2, -1), VectorXd::Constant(2, 1)});
+  EXPECT_EQ(added.value(VectorXd{{7, 0.4}}), added.value(VectorXd{{1, 0.4}}));
+  EXPECT_EQ(AddedByDraws().value(VectorXd{{7, 0.4}}), 0);
+  for (const VectorXd& x : {VectorXd{{0.2, 0.4}}, VectorXd{{7, 0.4}}, VectorXd{{-3, 5}}}) {
+    SecondOrder found{0, VectorXd::Zero(2), MatrixXd::Zero(2, 2)};
+    added.add_to(found, x);
+    EXPECT_EQ(found.value, added.value(x));
+    for (const Index i : {0, 1}) {
+      const VectorXd by = 1e-4 * VectorXd::Unit(2, i);
+      EXPECT_NEAR(found.gradient[i], (added.value(x + by) - added.value(x - by)) / 2e-4, 1e-8);
+      EXPECT_NEAR(-found.information(i, i), (added.value(x + by) - 2 * found.value + added.value(x - by)) / 1e-8, 1e-6);
+    }
   }
 }
 

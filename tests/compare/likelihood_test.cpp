@@ -108,6 +108,26 @@ TEST(FindIntervals, FollowEvidenceThatIsNoParabola) {
   EXPECT_NEAR(find_intervals(of_one(evidence), local, box, {0}).high[0], end, 0.06);
 }
 
+// A place that is found for the end of one number and has fallen by no more than an interval allows.
+TEST(FindIntervals, HaveWhatIsFoundForTheEndsOfOthers) {
+  const LocalEvidence local = about(as_evidence, kMiddle, kInformation, kWide);
+  const ProfileAt with_another_maximum = [](Index held, double place) {
+    if (held == 1 && place > kMiddle[1]) return ProfilePlace{VectorXd{{5, place}}, {-1, {}}};
+    return *profile(held, place);
+  };
+  const Intervals intervals = find_intervals(with_another_maximum, local, kWide, {0, 0});
+  EXPECT_EQ(intervals.high[0], 5);
+  EXPECT_LT(intervals.low[0], kMiddle[0]);
+}
+
+TEST(FallBetween, IsLessByTheErrorOfTheDraws) {
+  EXPECT_DOUBLE_EQ(fall_between({3, {}}, {1, {}}), 2);
+  const VectorXd groups{{3.5, 2.5}};  // differ by 1: variance ½ · (¼ + ¼)
+  EXPECT_DOUBLE_EQ(fall_between({3, groups}, {1, VectorXd::Constant(2, 1)}), 2 / (1 + 0.25 / 4));
+  EXPECT_DOUBLE_EQ(fall_between({3, groups}, {1, groups.array() - 2}), 2);  // an error that both have
+  EXPECT_DOUBLE_EQ(fall_between({1, groups}, {3, groups.array() + 1}), -2);
+}
+
 // Two groups of draws that put the maximum s apart: the drop is as much wider as the draws leave uncertain.
 TEST(FindIntervals, AreWiderByTheErrorsOfTheDraws) {
   const double apart = 0.8;

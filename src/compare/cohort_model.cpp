@@ -29,10 +29,6 @@ constexpr double kWidthRange = 2.1;      // of the logarithm of the kernel's wid
 constexpr double kOtherRange = 3.4;      // of other logarithms: a factor of 30
 // Of 387 searches on the leaves those that converged did so in 15 steps, and took few of less than an eighth.
 constexpr posterior::MinimumOptions kRoughly{.tolerance = 1e-2, .most_steps = 15, .most_halvings = 3};
-// Of x: a factor of 2, within which are the steps of differences, so that these are of evidences of one exponent. Of 12
-// landmarks on an oval it changed by 13 as σ² grew tenfold, so by 4 for that, which moves the mean of the draws by two
-// fifths of their deviation.
-constexpr double kSameExponent = 0.75;
 
 // |r|² at an end.
 double misfit(const Specimen& specimen, const Specimen::Model& model, const VectorXd& end) {
@@ -280,7 +276,7 @@ Matches CohortModel::match(const VectorXd& x, const Matches* near, Effort effort
     return {LinearAt(*before.linear, model).mean(),
             specimen.white(model, specimen.momenta(near->model, before.z), specimen.increments(0, before.z))};
   };
-  return match_with(starts_of, x, near, effort);
+  return match_with(starts_of, x, effort);
 }
 
 Matches CohortModel::match_from(const VectorXd& x, const std::vector<const ShapeFit*>& near, Effort effort) const {
@@ -290,16 +286,14 @@ Matches CohortModel::match_from(const VectorXd& x, const std::vector<const Shape
     const MatrixXd none = MatrixXd::Zero(specimen.channels(), settings_.grid.steps);
     return {specimen.white(model, before.momenta, before.increments.rows() > 0 ? before.increments : none)};
   };
-  return match_with(starts_of, x, nullptr, effort);
+  return match_with(starts_of, x, effort);
 }
 
-Matches CohortModel::match_with(const Starts& starts_of, const VectorXd& x, const Matches* near, Effort effort) const {
+Matches CohortModel::match_with(const Starts& starts_of, const VectorXd& x, Effort effort) const {
   const posterior::MinimumOptions options = effort == Effort::kRough ? kRoughly : posterior::MinimumOptions{};
   const posterior::Numbers numbers = this->numbers(x);
-  Matches matches{x, specimens_.front().model(numbers), std::vector<Minimum>(specimens_.size()), {}, {}, 0};
-  const bool is_near = near != nullptr && (x - near->exponent_at).cwiseAbs().maxCoeff() <= kSameExponent;
-  matches.model.size_exponent = is_near ? near->model.size_exponent : specimens_.front().size_exponent(matches.model);
-  matches.exponent_at = is_near ? near->exponent_at : x;
+  Matches matches{x, specimens_.front().model(numbers), std::vector<Minimum>(specimens_.size()), {}, 0};
+  matches.model.size_exponent = specimens_.front().size_exponent(matches.model);
   if (own_mean_) matches.at_rest = own_mean_->at_rest(matches.model);
   const Index at_once = posterior::ShotBatch(specimens_.front(), matches.model).at_once();
   parallel_for(static_cast<int>((shapes() + at_once - 1) / at_once), [&](int group) {

@@ -43,7 +43,6 @@ struct Matches {
   Eigen::VectorXd x;
   posterior::Specimen::Model model;
   std::vector<posterior::Minimum> minima;
-  Eigen::VectorXd exponent_at;                            ///< where model.size_exponent was found
   std::shared_ptr<const posterior::LinearModel> at_rest;  ///< where the source is the shapes' own mean, else null
   double log_evidence = 0;                                ///< Laplace's
 
@@ -113,7 +112,7 @@ class CohortModel {
  private:
   using Starts = std::function<std::vector<Eigen::VectorXd>(const posterior::Specimen::Model& model, int shape)>;
 
-  Matches match_with(const Starts& starts_of, const Eigen::VectorXd& x, const Matches* near, Effort effort) const;
+  Matches match_with(const Starts& starts_of, const Eigen::VectorXd& x, Effort effort) const;
   void find_units();
   void check_observable(const posterior::Specimen::BranchSlopes& slopes) const;
   matching::MatchingProblem problem(const posterior::Numbers& numbers, int shape) const;

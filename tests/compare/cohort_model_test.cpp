@@ -116,7 +116,6 @@ TEST(CorrectedEvidence, IsLaplacesNearThePlaceOfItsDifferences) {
     const CohortModel model(cohort, make_open_noise("none", cohort.source), settings);
     Found found = find_numbers(model);
     ASSERT_TRUE(found.converged);
-    found.about.exponent_at = found.x();  // so that what is compared is of one exponent
     const EvidenceSurface surface(model, found.about, false);
     EXPECT_EQ(surface.here(), found.about.log_evidence);
     const CorrectedEvidence corrected(model, found.about, surface.correction());

@@ -151,6 +151,12 @@ def mean_text(values):
     return f"{values.mean():.3f} ± {values.std(ddof=1) / math.sqrt(len(values)):.3f}" if len(values) > 1 else ""
 
 
+def holds(number, true):
+    """Whether the interval of 90 % does; what has no end is null."""
+    low, high = number["interval_90"]
+    return (low is None or low <= true) and (high is None or high >= true)
+
+
 def table(arguments, lines):
     """A row of the docs' tables."""
     records = [line["record"] for line in lines]
@@ -170,9 +176,17 @@ def table(arguments, lines):
     amplitude = {"ch-sd": "beta", "p-sd": "beta", "tv": "sigma"}.get(kind)
     cells.append(mean_text([(number["value"] / float(numbers[0])) ** 2 for fit in fits for number in fit["fitted"]
                             if number["name"] == amplitude]) if name else "")
+    true = {"lambda": arguments.lam, "alpha": math.sqrt(2) * ALPHA}
+    if name:
+        true[amplitude] = float(numbers[0])
+    fitted = {key: [number for fit in fits for number in fit["fitted"] if number["name"] == key] for key in true}
+    cells.append(mean_text([math.log(number["value"] / true["alpha"]) for number in fitted["alpha"]]))
+    cells.append(", ".join(f"{sum(holds(number, true[key]) for number in fitted[key])} of {key}" for key in fitted))
+    converged = [model["converged"] for record in records for model in record["models"]]
+    cells.append(f"{sum(converged)} of {len(converged)}")
     cells.append(f"{sum(line['cpu'] for line in lines) / len(lines):.1f}")
     print("| drawn from | cohorts | noise share | a noise preferred | favoured | enough | nothing to tell | upper end holds "
-          "| true/λ | amplitude²/true | CPU s |")
+          "| true/λ | amplitude²/true | log α/true | intervals hold | fits converge | CPU s |")
     print("|" + "---|" * len(cells))
     print("| " + " | ".join(cells) + " |")
 

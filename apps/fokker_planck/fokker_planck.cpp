@@ -194,33 +194,15 @@ charts::Chart chart_of(const Problem& problem, const fokker_planck::PairCrossing
           .rows = {{std::move(panel)}}};
 }
 
-std::string record_json(const Problem& problem, const FokkerPlanckArguments& arguments,
-                        const fokker_planck::PairCrossing& crossing, const std::vector<SampledProbability>& sampled) {
+std::string record_json(const PairRun& run) {
   nlohmann::ordered_json json;
   json["format"] = "pulson fokker-planck 1";
   json["version"] = version();
-  json["kernel"] = problem.equation.kernel.spec();
-  json["noise"] = problem.start.system.noise->spec();
-  json["q"] = {problem.equation.q1, problem.equation.q2};
-  json["p"] = {problem.equation.p1, problem.equation.p2};
-  json["time"] = problem.equation.time;
-  json["probability"] = crossing.probability;
-  json["error"] = crossing.error;
-  json["tolerance"] = arguments.options.tolerance;
-  json["converged"] = crossing.converged;
-  json["grids"] = crossing.grids;
-  json["order"] = crossing.order;
-  json["gap_points"] = crossing.gap_points;
-  json["momentum_lines"] = crossing.momentum_lines;
-  json["steps"] = crossing.steps;
-  json["seconds"] = crossing.seconds;
-  json["curve_error"] = crossing.curve_error;
-  if (!sampled.empty())
-    json["sampled"] = {{"probability", records::defined_or_null(sampled.back().value)},
-                       {"standard_error", records::defined_or_null(sampled.back().known_error())},
-                       {"samples", arguments.samples},
-                       {"clean", sampled.back().paths},
-                       {"dt", arguments.dt}};
+  add_facts(json, pair_equation_facts(), run);
+  json["q"] = {run.equation.q1, run.equation.q2};
+  json["p"] = {run.equation.p1, run.equation.p2};
+  json["grids"] = run.crossing.grids;
+  if (!run.sampled.empty()) add_facts(json, sampled_pair_facts(), run);
   return records::record_text(json);
 }
 
@@ -251,18 +233,22 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
   const TimeGrid grid{arguments.time, static_cast<int>(std::ceil(arguments.time / arguments.dt * (1 - 1e-12)))};
   const std::vector<SampledProbability> sampled = sampled_crossing(problem, arguments, crossing.times, grid);
   log_step(fmt::format("sampled {} paths", arguments.samples));
+  const PairRun run{problem.equation,
+                    problem.start.system.noise->spec(),
+                    arguments.options.tolerance,
+                    crossing,
+                    sampled,
+                    arguments.samples,
+                    arguments.dt};
   RunResults results(arguments.output);
   results.add("crossing.csv", crossing_csv(crossing, sampled));
   results.add("densities.csv", densities_csv(problem));
-  results.commit("fokker_planck.json", record_json(problem, arguments, crossing, sampled));
+  results.commit("fokker_planck.json", record_json(run));
   const auto picture = results.draw("fokker_planck", [&](const draw::PictureFiles& files) {
     write_chart(chart_of(problem, crossing, sampled), files);
   });
   const std::vector<std::string> warnings = warnings_of(crossing, sampled, arguments);
-  results.add_page([&] {
-    return pair_report({problem.equation, problem.start.system.noise->spec(), crossing, sampled, arguments.samples},
-                       warnings, problem.start.notes, picture);
-  });
+  results.add_page([&] { return pair_report(run, warnings, problem.start.notes, picture); });
   results.finish();
   print_notes(problem.start.notes);
   if (arguments.output.prints()) {

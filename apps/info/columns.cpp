@@ -8,11 +8,14 @@
 #include "atlas/facts.hpp"
 #include "audit/facts.hpp"
 #include "compare/facts.hpp"
+#include "fokker_planck/facts.hpp"
 #include "records/ensemble_facts.hpp"
 #include "records/registration_facts.hpp"
+#include "records/simulation_facts.hpp"
 #include "register/facts.hpp"
 #include "sample/facts.hpp"
 #include "shell/printing.hpp"
+#include "warp/figures.hpp"
 
 namespace pulson {
 namespace {
@@ -51,7 +54,13 @@ std::vector<ColumnsOfFiles> all_columns() {
           columns("sample: \"confirmation\" of summary.json", confirmation_facts()),
           columns("sample: the model in summary.json and calibration.json", posterior_model_facts()),
           columns(R"(sample: "parameters", "momenta", "path" of summary.json, nodes.csv)", draw_facts()),
-          columns("sample --tree: nodes.csv, \"tree\" of summary.json", node_facts())};
+          columns("sample --tree: nodes.csv, \"tree\" of summary.json", node_facts()),
+          columns("simulate: simulation.json", records::simulation_facts()),
+          columns("simulate: \"paths\" of simulation.json", records::sample_path_facts()),
+          columns("fokker-planck: fokker_planck.json", pair_equation_facts()),
+          columns("fokker-planck --samples: fokker_planck.json", sampled_pair_facts()),
+          columns("warp: --json", warp_facts()),
+          columns("warp of an image: --json", image_warp_facts())};
 }
 
 }  // namespace

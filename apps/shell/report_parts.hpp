@@ -21,21 +21,6 @@ std::string conservation(double error);
 /// "one triangle", "no triangles", "3 triangles"
 std::string count_in_words(std::int64_t count, const std::string& one, const std::string& several);
 
-/// A table of facts: `heading` and value.
-class FactTable {
- public:
-  explicit FactTable(std::string heading)
-      : table_{.header = {std::move(heading), "value"}, .rows = {}, .caption = "", .has_facts = true} {}
-
-  void add(const std::string& name, const std::string& value) { table_.rows.push_back({{name}, {value}}); }
-  void add(const std::string& name, double value) { add(name, report_number(value)); }
-
-  html::ReportTable table() && { return std::move(table_); }
-
- private:
-  html::ReportTable table_;
-};
-
 /// What a title calls the start of paths: its name, or where it is from numbers on the command line "2 landmarks".
 std::string start_name(const Landmarks& shape);
 

@@ -5,8 +5,9 @@
 
 #include <fmt/format.h>
 
-#include "pulson/core/name_table.hpp"
+#include "records/simulation_facts.hpp"
 #include "register/picture.hpp"
+#include "shell/facts.hpp"
 #include "shell/messages.hpp"
 #include "shell/report_parts.hpp"
 
@@ -67,32 +68,26 @@ std::optional<html::ReportMotion> motion_of(const records::Simulation& simulatio
   return motion;
 }
 
-html::ReportTable facts(const records::Simulation& simulation) {
-  FactTable table("setting");
-  table.add("start", start_text(simulation.shape));
-  table.add("kernel", simulation.system.kernel.spec(4));
-  table.add("noise", shortened_spec(simulation.system.noise->spec()));
-  table.add("integrator", simulation.integrator);
-  table.add("time", simulation.options.grid.time);
-  table.add("steps", fmt::to_string(simulation.options.grid.steps));
-  table.add("seed", fmt::to_string(simulation.options.seed));
-  table.add("seconds", fmt::format("{:.2f}", simulation.seconds));
-  return std::move(table).table();
+html::ReportTable settings(const records::Simulation& simulation) {
+  html::ReportTable table = report_facts(
+      chosen(records::simulation_facts(), {"kernel", "noise", "integrator", "time", "steps", "seed", "seconds"}),
+      simulation, "setting");
+  table.rows.insert(table.rows.begin(), {{"start"}, {start_text(simulation.shape)}});
+  return table;
 }
 
 html::ReportTable path_table(const records::Simulation& simulation) {
-  html::ReportTable table{{"path", "ended", "largest displacement", "largest momentum", "largest κ of a step"},
-                          {},
-                          "κ below 1: the equation of each step has one root."};
-  for (std::size_t m = 0; m < simulation.samples.size(); ++m) {
-    const ensemble::SamplePath& sample = simulation.samples[m];
-    const Points moved = sample.path.final().q - simulation.start.q;
-    table.rows.push_back({{fmt::to_string(m + 1)},
-                          {sample.status == ensemble::PathStatus::kClean ? "at its end" : "early: " + sample.reason},
-                          {report_number(moved.colwise().norm().maxCoeff())},
-                          {report_number(sample.largest_momentum)},
-                          {report_number(sample.contraction_bound, 3)}});
-  }
+  const Facts<records::SamplePathRow>& all = records::sample_path_facts();
+  const bool are_clean = clean_paths(simulation) == simulation.samples.size();
+  std::vector<records::SamplePathRow> rows;
+  for (std::size_t m = 0; m < simulation.samples.size(); ++m) rows.push_back({&simulation, m});
+  html::ReportTable table = report_table(
+      are_clean
+          ? chosen(all, {"status", "largest_displacement", "largest_momentum", "contraction_bound"})
+          : chosen(all, {"status", "reason", "time", "largest_displacement", "largest_momentum", "contraction_bound"}),
+      rows, "κ below 1: the equation of each step has one root.");
+  table.header.insert(table.header.begin(), "path");
+  for (std::size_t m = 0; m < rows.size(); ++m) table.rows[m].insert(table.rows[m].begin(), {fmt::to_string(m + 1)});
   return table;
 }
 
@@ -140,7 +135,7 @@ html::HtmlReport simulation_report(const records::Simulation& simulation, const 
   if (std::optional<html::ReportMotion> motion = motion_of(simulation))
     report.sections.push_back({"Motion", {std::move(*motion)}});
   add_still(report, "The paths", picture);
-  report.sections.push_back({"Numbers", {facts(simulation), path_table(simulation)}});
+  report.sections.push_back({"Numbers", {settings(simulation), path_table(simulation)}});
   report.sections.push_back({"Landmarks", {displacement_table(simulation)}});
   return report;
 }

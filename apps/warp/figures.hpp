@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "frames.hpp"
+#include "records/facts.hpp"
 
 namespace pulson {
 
@@ -26,13 +27,21 @@ struct WarpFigures : images::MapFigures {
 /// "22.2 %"
 std::string percent_text(double part);
 
-/// The keys that scripts use, and how it was made.
-std::string figures_json(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames);
+/// A warp that was made.
+struct WarpRun {
+  const WarpFigures& figures;
+  const WarpArguments& arguments;
+  const WarpFrames* frames;  ///< null where points were moved
+};
+
+const Facts<WarpRun>& warp_facts();
+/// Of a warp of an image, besides.
+const Facts<WarpRun>& image_warp_facts();
 
 /// The JSON, where it is asked for. @throws InputError where it cannot be written
-void write_figures(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames);
+void write_figures(const WarpRun& run);
 
 /// The summary, unless that was asked to be left out.
-void print_figures(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames);
+void print_figures(const WarpRun& run);
 
 }  // namespace pulson

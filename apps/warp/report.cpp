@@ -14,6 +14,7 @@
 #include "pulson/images/image.hpp"
 #include "register/picture.hpp"
 #include "register/registration_warnings.hpp"
+#include "shell/facts.hpp"
 #include "shell/report_parts.hpp"
 
 namespace pulson {
@@ -72,28 +73,28 @@ std::optional<html::ReportMotion> image_motion(const images::Image& image, const
   return motion;
 }
 
-html::ReportTable numbers(const WarpFigures& figures, const WarpArguments& arguments,
-                          const matching::Registration& registration, const WarpFrames* frames) {
-  FactTable table("quantity");
-  table.add("registration", arguments.registration);
-  table.add("direction", arguments.inverse ? "target to source" : "source to target");
-  table.add("kernel", registration_system(registration).kernel.spec(4));
-  table.add("noise", registration.noise);
-  table.add("method", fmt::format("{}: {}", figures.method, figures.reason));
-  table.add("folded", percent_text(figures.folded_fraction));
-  table.add("smallest Jacobian", figures.min_jacobian);
-  if (frames != nullptr) {
-    table.add("size of the result", fmt::format("{} x {} pixels", frames->width, frames->height));
-    table.add("landmark units per pixel", frames->input.unit_per_pixel[0]);
-    table.add("y", frames->input.y_down ? "down" : "up");
-    table.add("most sheets on a pixel", fmt::to_string(figures.max_multiplicity));
-    table.add("uncovered", percent_text(figures.uncovered_fraction));
-    table.add("in holes", percent_text(figures.hole_fraction));
-    table.add("error of the map, pixels", report_number(figures.map_error, 2));
+html::ReportTable numbers(const WarpRun& run, const matching::Registration& registration) {
+  html::ReportTable table{{"quantity", "value"},
+                          {{{"registration"}, {run.arguments.registration}},
+                           {{"direction"}, {run.arguments.inverse ? "target to source" : "source to target"}},
+                           {{"kernel"}, {registration_system(registration).kernel.spec(4)}},
+                           {{"noise"}, {registration.noise}}},
+                          "",
+                          true};
+  const auto add = [&](std::initializer_list<std::string_view> keys) {
+    const html::ReportTable facts = report_facts(chosen(warp_facts(), keys), run, "");
+    table.rows.insert(table.rows.end(), facts.rows.begin(), facts.rows.end());
+  };
+  add({"method", "reason", "folded_fraction", "min_jacobian"});
+  if (const WarpFrames* const frames = run.frames) {
+    table.rows.push_back({{"size of the result"}, {fmt::format("{} x {} pixels", frames->width, frames->height)}});
+    table.rows.push_back({{"landmark units per pixel"}, {report_number(frames->input.unit_per_pixel[0])}});
+    table.rows.push_back({{"y"}, {frames->input.y_down ? "down" : "up"}});
+    add({"max_multiplicity", "uncovered_fraction", "hole_fraction", "map_error"});
   }
-  table.add("largest error at a landmark", report_number(figures.landmark_error_max, 2));
-  if (figures.ridge > 0) table.add("ridge", figures.ridge);
-  return std::move(table).table();
+  add({"landmark_error_max"});
+  if (run.figures.ridge > 0) add({"ridge"});
+  return table;
 }
 
 std::string lead(const WarpFigures& figures, const WarpArguments& arguments, const std::string& what) {
@@ -145,7 +146,7 @@ void write_warp_report(const images::Image& image, const images::WarpedImage& re
          {html::ReportPicture{std::move(drawn), "Above 1 areas grow, below 1 they shrink, below 0 they are flipped.",
                               true, html::EncodedPicture{html::MediaType::kPng, std::move(narrow)}}}});
   }
-  report.sections.push_back({"Numbers", {numbers(figures, arguments, registration, &frames)}});
+  report.sections.push_back({"Numbers", {numbers({figures, arguments, &frames}, registration)}});
   write_file_atomically(arguments.report, html_report(report));
 }
 
@@ -167,7 +168,7 @@ void write_warp_report(const WarpedPoints& points, const warp::MaterialFlow& flo
     motion.caption = "The points as the map moves them, after the alignment.";
     if (can_be_drawn(motion.frames)) report.sections.push_back({"Motion", {std::move(motion)}});
   }
-  report.sections.push_back({"Numbers", {numbers(figures, arguments, registration, nullptr)}});
+  report.sections.push_back({"Numbers", {numbers({figures, arguments, nullptr}, registration)}});
   html::ReportTable table = landmark_table(before);
   for (const char axis : std::string("xyz").substr(0, static_cast<std::size_t>(before.dimension())))
     table.header.insert(table.header.end(), {std::string(1, axis), fmt::format("{}, warped", axis)});

@@ -30,10 +30,10 @@ void run_points(const WarpArguments& arguments, const matching::Registration& re
   check_space_field(arguments, flow);
   WarpedPoints warped = warp_points(flow, registration, arguments);
   warped.figures.seconds = seconds_now() - start;
-  write_figures(warped.figures, arguments, nullptr);
+  write_figures({warped.figures, arguments, nullptr});
   const std::string field = arguments.field.empty() ? "" : write_space_field(arguments, flow, registration);
   try_to_write(arguments.report, [&] { write_warp_report(warped, flow, registration, arguments); });
-  print_figures(warped.figures, arguments, nullptr);
+  print_figures({warped.figures, arguments, nullptr});
   if (!field.empty() && arguments.json != "-" && verbosity() != Verbosity::kQuiet) print_text("{}\n", field);
 }
 
@@ -121,13 +121,13 @@ void run_image(const WarpArguments& arguments, const matching::Registration& reg
   const images::Image& image = picture.image;
   WarpFigures figures = figures_of(result, flow);
   figures.seconds = seconds_now() - start;
-  write_figures(figures, arguments, &frames);
+  write_figures({figures, arguments, &frames});
   if (!arguments.field.empty()) write_field(arguments.field, result, image, frames);
   figures.colours = write_more_results(image, result, warp, frames, arguments);
   try_to_write(arguments.animate, [&] { write_animation(image, warp, frames, arguments); });
   try_to_write(arguments.report,
                [&] { write_warp_report(image, result, figures, warp, frames, registration, arguments); });
-  print_figures(figures, arguments, &frames);
+  print_figures({figures, arguments, &frames});
 }
 
 // The record, or that in the folder of a registration.

@@ -183,6 +183,17 @@ TEST_F(ListedFacts, AreWritten) {
   expect_written("ensemble --q 0,1 --p 1,0 --noise ch-sd:beta=1 --samples 64 --dt 0.1 -o ensemble --no-picture",
                  "ensemble: ", "ensemble/ensemble.json", "/");
   expect_written("register a.csv b.csv -o pair --no-picture", "register: ", "pair/registration.json", "/");
+  const std::string kPair = " --q 0,1 --p 2,1 --noise ch-sd:beta=1,on=2 --time 1 --dt 0.1 --no-picture ";
+  expect_written("simulate --samples 2 -o paths" + kPair, "simulate: simulation.json", "paths/simulation.json", "/");
+  expect_written("simulate --samples 2 -o others" + kPair, "simulate: \"paths\"", "others/simulation.json",
+                 "/paths/1/");
+  expect_written("fokker-planck --samples 10 -o crossing" + kPair, "fokker-planck", "crossing/fokker_planck.json", "/");
+  write("source.csv", "0,0\n1,0\n0,1\n");
+  write("target.csv", "0,0\n1.1,0\n0,1\n");
+  ASSERT_EQ(run(words("register source.csv target.csv -o flat --no-picture")).exit_code, 0);
+  expect_written("warp flat source.csv -o moved.csv --json moved.json", "warp: --json", "moved.json", "/");
+  write("image.pgm", "P2\n2 2\n255\n0 1\n2 3\n");
+  expect_written("warp flat image.pgm -o moved.png --pixel-size 1 --json image.json", "warp", "image.json", "/");
 }
 
 }  // namespace

@@ -173,11 +173,11 @@ def table(arguments, lines):
     within = [fit["greatest_noise_share"] >= share for fit in fits]
     cells.append(f"{sum(within)} of {len(within)}" if name else "")
     cells.append(mean_text([arguments.lam / fit["lambda"] if fit["lambda"] else 0 for fit in fits]))
-    amplitude = {"ch-sd": "beta", "p-sd": "beta", "tv": "sigma"}.get(kind)
+    amplitude = {"ch-sd": "beta", "tv": "sigma"}.get(kind)  # that of p-sd is of the width that the program assumes
     cells.append(mean_text([(number["value"] / float(numbers[0])) ** 2 for fit in fits for number in fit["fitted"]
-                            if number["name"] == amplitude]) if name else "")
+                            if number["name"] == amplitude]))
     true = {"lambda": arguments.lam, "alpha": math.sqrt(2) * ALPHA}
-    if name:
+    if amplitude:
         true[amplitude] = float(numbers[0])
     fitted = {key: [number for fit in fits for number in fit["fitted"] if number["name"] == key] for key in true}
     cells.append(mean_text([math.log(number["value"] / true["alpha"]) for number in fitted["alpha"]]))

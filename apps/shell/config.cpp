@@ -1,6 +1,7 @@
 #include "config.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cstdint>
 #include <filesystem>
@@ -246,7 +247,8 @@ void apply(CLI::App& verb, const ConfigFile& file, const std::string& section) {
 
 std::string value_text(const CLI::Option& option, const std::string& value) {
   const std::string type = option.get_type_name();
-  const bool is_number = type == "FLOAT" || type == "INT" || type == "UINT" || type == "NUMBER";
+  constexpr std::array<std::string_view, 5> kNumbers = {"FLOAT", "INT", "UINT", "NUMBER", "COUNT"};
+  const bool is_number = std::find(kNumbers.begin(), kNumbers.end(), type) != kNumbers.end();
   return is_flag(option) || (is_number && is_toml_number(value)) ? value : toml_string(value);
 }
 

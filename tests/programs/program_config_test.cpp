@@ -213,9 +213,11 @@ TEST_F(ConfiguredProgram, PrintsTheConfigurationOfEveryVerb) {
   for (const std::string line :
        {"warp r.json a.png -o b.png --no-flip-y --size 10x20", "simulate --q 0,1 -o out",
         "ensemble --q 0,1 -o out --densities 1,2", "compare a.csv b.csv -o out", "fokker-planck --q 0,1 -o out",
-        "reproduce figure1 -o out", "convert a.csv b.csv", "info a.csv --all"}) {
+        "reproduce figure1 -o out", "register a.csv b.csv -o out", "sample a.csv b.csv -o out", "convert a.csv b.csv",
+        "info a.csv --all"}) {
     const ProgramRun printed = run(words(line + " --print-config"));
     EXPECT_EQ(printed.exit_code, 0) << line << printed.err;
+    EXPECT_THAT(printed.out, Not(testing::ContainsRegex("= \"[0-9]+\"\n")));
     write("run.toml", printed.out);
     const ProgramRun again = run(words(line.substr(0, line.find(' ')) + " --config run.toml --print-config"));
     EXPECT_EQ(again.out, printed.out) << again.err;

@@ -151,10 +151,11 @@ def mean_text(values):
     return f"{values.mean():.3f} ± {values.std(ddof=1) / math.sqrt(len(values)):.3f}" if len(values) > 1 else ""
 
 
-def holds(number, true):
-    """Whether the interval of 90 % does; what has no end is null."""
-    low, high = number["interval_90"]
-    return (low is None or low <= true) and (high is None or high >= true)
+def coverage(numbers, true):
+    """How many intervals of 90 % hold, of those that have an end; null is none."""
+    stated = [number["interval_90"] for number in numbers if number["interval_90"] != [None, None]]
+    held = sum((low is None or low <= true) and (high is None or high >= true) for low, high in stated)
+    return f"{held} of {len(stated)}"
 
 
 def table(arguments, lines):
@@ -181,7 +182,7 @@ def table(arguments, lines):
         true[amplitude] = float(numbers[0])
     fitted = {key: [number for fit in fits for number in fit["fitted"] if number["name"] == key] for key in true}
     cells.append(mean_text([math.log(number["value"] / true["alpha"]) for number in fitted["alpha"]]))
-    cells.append(", ".join(f"{sum(holds(number, true[key]) for number in fitted[key])} of {key}" for key in fitted))
+    cells.append(", ".join(f"{key} {coverage(fitted[key], true[key])}" for key in fitted))
     converged = [model["converged"] for record in records for model in record["models"]]
     cells.append(f"{sum(converged)} of {len(converged)}")
     cells.append(f"{sum(line['cpu'] for line in lines) / len(lines):.1f}")

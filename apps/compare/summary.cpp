@@ -126,8 +126,11 @@ std::string number(double value, const char* format) {
 std::string fitted_text(const compare::FittedNumber& fitted) {
   if (fitted.vanishes) return fitted.name + (fitted.name == "lambda" ? " = ∞" : " = 0");  // 1/λ is the variance
   const std::string text = fmt::format("{} = {:.4g}", fitted.name, fitted.value);
-  if (std::isnan(fitted.log_deviation)) return text + " (undetermined)";
-  return text + fmt::format(" (± {:.0f} %)", 100 * fitted.log_deviation);
+  if (fitted.log_deviation <= 1) return text + fmt::format(" (± {:.0f} %)", 100 * fitted.log_deviation);
+  const bool has_low = fitted.low > 0, has_high = std::isfinite(fitted.high);
+  if (has_low && has_high) return text + fmt::format(" ({:.3g} to {:.3g})", fitted.low, fitted.high);
+  if (has_high) return text + fmt::format(" (at most {:.3g})", fitted.high);
+  return text + (has_low ? fmt::format(" (at least {:.3g})", fitted.low) : " (undetermined)");
 }
 
 std::string verdict(const compare::Comparison& comparison) {

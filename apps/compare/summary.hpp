@@ -27,8 +27,8 @@ void print_recovery(const std::vector<compare::RecoveryRow>& rows, const std::ve
 /// A number as tables have it, "-" where there is none.
 std::string number(double value, const char* format = "{:.3g}");
 
-/// "beta = 0.24 (± 22 %)"; where it vanishes "beta = 0" and "lambda = ∞", "(undetermined)" where the shapes do not
-/// determine it it.
+/// "beta = 0.24 (± 22 %)", where it may be more than twice as much its interval, "(at most 0.3)"; "(undetermined)"
+/// where that has no ends; where it vanishes "beta = 0" and "lambda = ∞".
 std::string fitted_text(const compare::FittedNumber& fitted);
 
 }  // namespace pulson

@@ -206,7 +206,7 @@ Intervals find_intervals(const ProfileAt& profile, const LocalEvidence& maximum,
         }
         if (is_last) break;
       }
-      if (std::isfinite(end)) (direction < 0 ? intervals.low : intervals.high)[i] = place(end);
+      if (end < most) (direction < 0 ? intervals.low : intervals.high)[i] = place(end);
     }
   for (const Known& one : known)
     for (Index i = 0; i < n; ++i) {

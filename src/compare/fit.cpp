@@ -50,17 +50,17 @@ VectorXd deviations(const MatrixXd& information) {
 // Half of an interval of 90 % is 1.645 deviations, of the side that has an end where the other has none.
 VectorXd with_intervals(VectorXd deviations, const VectorXd& x, const Intervals& intervals) {
   for (Index i = 0; i < std::min(intervals.low.size(), deviations.size()); ++i) {
-    if (!std::isfinite(deviations[i])) continue;
     const double below = x[i] - intervals.low[i], above = intervals.high[i] - x[i];
     if (std::isfinite(below) && std::isfinite(above))
       deviations[i] = (below + above) / (2 * kNinety);
-    else if (std::isfinite(below) || std::isfinite(above))
+    else if (std::isfinite(deviations[i]) && (std::isfinite(below) || std::isfinite(above)))
       deviations[i] = (std::isfinite(below) ? below : above) / kNinety;
   }
   return deviations;
 }
 
-// Intervals are NaN where the data do not determine the number.
+// Ends of intervals are NaN, or infinite, where the evidence does not fall. Deviations are NaN where the data leave a
+// direction in which the number moves.
 std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found& found) {
   const Matches& matches = found.about;
   const VectorXd& x = found.x();
@@ -83,7 +83,7 @@ std::vector<FittedNumber> fitted_numbers(const CohortModel& cohort, const Found&
   for (Index i = 0; i < n; ++i) {
     const ModelNumber& number = cohort.open()[at(i)];
     FittedNumber fitted{number.name, number.value(x[i]), kUndefined, false, kUndefined, kUndefined, kUndefined};
-    const bool determined = std::isfinite(errors[i]) && found.intervals.low.size() > 0;
+    const bool determined = found.intervals.low.size() > 0;
     const double low = determined ? found.intervals.low[i] : kUndefined,
                  high = determined ? found.intervals.high[i] : kUndefined;
     fitted.scales_noise = number.kind == ModelNumber::Kind::kAmplitude;

@@ -7,6 +7,7 @@
 
 #include "compare/sampled.hpp"
 #include "compare/statistics.hpp"
+#include "matching/cometric.hpp"
 
 namespace pulson::compare {
 namespace {
@@ -39,6 +40,13 @@ void add_notes_of_data(Comparison& comparison) {
         std::sqrt(square / count), sigma));
 }
 
+// Standard deviation of a coordinate at the end by σ and by the noise at rest, length units.
+double independent_variation(const Comparison& comparison, const CohortFit& fit) {
+  const matching::MatchingProblem problem = shape_problem(comparison.cohort, fit, comparison.settings, 0);
+  const Eigen::VectorXd of_noise = matching::noise_cometric(*problem.system.noise, problem.source).matrix.diagonal();
+  return std::sqrt(problem.sigma * problem.sigma + problem.grid.time * of_noise.mean());
+}
+
 }  // namespace
 
 int without_samples(const ComparedModel& model) {
@@ -58,8 +66,8 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
       else if (comparison.settings.fit_sigma && number.acts_as_sigma() && number.correlation_with_sigma > 0)
         notes.push_back(fmt::format(
             "{}: {} has the same effect as sigma, which is fitted: the independent variation of landmarks, "
-            "{:.3g}{}, may be either; only a measured sigma distinguishes them, or landmarks that change order",
-            model.noise, number.name, model.fit.sigma, number.vanishes ? "" : " beside the noise"));
+            "{:.3g}, may be either; only a measured sigma distinguishes them, or landmarks that change order",
+            model.noise, number.name, independent_variation(comparison, model.fit)));
       else if (number.vanishes)
         notes.push_back(fmt::format("{}: the fit sets {} to zero ({} vanishes)", model.noise,
                                     model.fit.noise_vanishes() ? "this noise" : "a term of this noise", number.name));

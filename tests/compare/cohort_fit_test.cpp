@@ -17,7 +17,9 @@ namespace pulson::compare {
 namespace {
 
 using testing::AllOf;
+using testing::Ge;
 using testing::HasSubstr;
+using testing::Le;
 
 constexpr double kLambda = 50;
 constexpr int kShapes = 20;
@@ -195,6 +197,11 @@ TEST(FitCohort, DoesNotTellIndependentNoiseFromAFittedError) {
   EXPECT_GT(fitted_number(fit, "beta").correlation_with_sigma, 0.9);
   const double both = std::hypot(fit.sigma, fitted_number(fit, "beta").vanishes ? 0 : fitted_number(fit, "beta").value);
   EXPECT_NEAR(std::log(both / std::hypot(0.05, settings.sigma.in(1))), 0, 0.2);
+  // What either is alone the evidence bounds from above.
+  const FittedNumber beta = fitted_number(fit, "beta"), sigma = fitted_number(fit, "data-sigma");
+  EXPECT_LE(beta.low, 0.05);
+  EXPECT_THAT(beta.high, AllOf(Ge(0.05), Le(2 * both)));
+  EXPECT_THAT(sigma.high, AllOf(Ge(settings.sigma.in(1)), Le(2 * both)));
 }
 
 // Of 40 shapes, the numbers of a part of them lead to those of all.

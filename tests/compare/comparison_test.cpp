@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -205,6 +206,22 @@ TEST(CompareModels, TheEvidenceOfAShapeIsOfOneKindInAllModels) {
     EXPECT_EQ(model.score, model.fit.score());
   }
   EXPECT_THAT(comparison.notes, testing::Contains(HasSubstr("is that of Laplace's approximation, in every model")));
+}
+
+// The note has one number for both, at T = 2.
+TEST(CompareModels, IndependentVariationIsThatOfNoiseAndSigma) {
+  CompareOptions options = quick();
+  options.settings.fit_sigma = true;
+  options.settings.importance_samples = 0;
+  options.settings.grid.time = 2;
+  const Landmarks source = oval(6);
+  const CohortShapes shapes{source, drawn_shapes(source, "ch-sd:beta=0.1", 20, options.settings, 10, 4)};
+  const Comparison comparison = compare_models(shapes, {"ch-sd"}, options);
+  const CohortFit& fit = comparison.models.front().fit;
+  const double of_noise = std::sqrt(2.0) * fitted_number(fit, "beta").value;
+  EXPECT_GT(of_noise, 10 * fit.sigma);
+  const std::string both = fmt::format("landmarks, {:.3g}, may be", std::hypot(fit.sigma, of_noise));
+  EXPECT_THAT(comparison.notes, testing::Contains(HasSubstr(both)));
 }
 
 TEST(CompareModels, AboutTheMeanOfShapesThatLieAnyhow) {

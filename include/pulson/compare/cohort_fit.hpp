@@ -68,8 +68,8 @@ struct FittedNumber {
   /// information on it is left where σ is fitted, too (1 − 0.9²).
   bool acts_as_sigma() const { return name != "lambda" && std::abs(correlation_with_sigma) > 0.9; }
   /// Interval of 90 %: where the evidence, maximised over the other numbers, is at most 1.35 nats below its maximum,
-  /// less near a bound; wider by what the samples leave uncertain. NaN where the deviation is, unless the number
-  /// vanishes.
+  /// less near a bound; wider by what the samples leave uncertain. Infinite, or that of the number's least place, where
+  /// the evidence does not fall so far; NaN where none was found.
   double low = 0, high = 0;
   bool scales_noise = false;  ///< an amplitude of the noise
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 
@@ -157,6 +158,51 @@ double drop_of_ninety(double from_bound) {
   return low / 2;
 }
 
+namespace {
+
+// Of a number along one of its two directions: fall and place are functions of the distance from the maximum.
+struct Side {
+  std::function<std::optional<double>(double)> fall;  // of the evidence, nats; nothing where there is no evidence
+  std::function<double(double)> wanted;               // nats, at the end
+  double most = 0;                                    // distance of the bound
+  double deviation = 0;                               // by the information at the maximum
+};
+
+// The distance at which the fall is the wanted one; infinite where it is not as much within the bound, or where no
+// place has evidence. Falls are about t²: lines are through their roots.
+double end_of(const Side& side) {
+  constexpr double kNowhere = std::numeric_limits<double>::infinity();
+  const double first = std::sqrt(2 * side.wanted(0)) * side.deviation;
+  double inside = 0, root_inside = 0, outside = kNowhere, root_outside = kNowhere, end = kNowhere;
+  double t = std::min(first, side.most);
+  for (int count = 0; count < kMostOutward; ++count) {
+    const std::optional<double> fall = side.fall(t);
+    if (!fall && inside > 0) break;
+    if (!fall) {
+      t /= 2;
+      continue;
+    }
+    const double wanted = side.wanted(t), root = std::sqrt(wanted);
+    const bool is_inside = *fall < wanted;
+    (is_inside ? inside : outside) = t;
+    (is_inside ? root_inside : root_outside) = std::sqrt(*fall);
+    if (is_inside && t >= side.most) return kNowhere;
+    if (std::isfinite(outside)) {
+      const double part = std::clamp((root - root_inside) / (root_outside - root_inside), 0.0, 1.0);
+      end = inside + (outside - inside) * part;
+      t = inside + (outside - inside) * std::clamp(part, 0.1, 0.9);
+    } else {
+      end = t * root / std::max(root_inside, 0.5 * root);
+      t = std::min({1.6 * t, side.most, kFarthest * first});
+      if (t <= inside) break;
+    }
+    if (std::abs(*fall - wanted) <= kAtEnd) break;
+  }
+  return end;
+}
+
+}  // namespace
+
 Intervals find_intervals(const ProfileAt& profile, const LocalEvidence& maximum, const Box& box,
                          const std::vector<char>& near_bound) {
   const Index n = maximum.x.size();
@@ -176,38 +222,16 @@ Intervals find_intervals(const ProfileAt& profile, const LocalEvidence& maximum,
     for (const int direction : {-1, 1}) {
       const double most = direction * ((direction < 0 ? box.least[i] : box.most[i]) - maximum.x[i]);
       const auto place = [&](double t) { return std::clamp(maximum.x[i] + direction * t, box.least[i], box.most[i]); };
-      const auto wanted = [&](double t) { return wanted_at(i, place(t)); };
-      // The fall is about t²: where its root is that of what is wanted is sought on lines.
-      const double first = std::sqrt(2 * wanted(0)) * deviations[i];
-      double inside = 0, root_inside = 0, outside = kNowhere, root_outside = kNowhere;
-      double t = std::min(first, most);
-      double end = first;
-      for (int count = 0; count < kMostOutward; ++count) {
+      const auto fall_at = [&](double t) -> std::optional<double> {
         const std::optional<ProfilePlace> there = profile(i, place(t));
-        if (!there) break;  // no evidence so far: that of the parabola
-        const double fall = std::max(fall_between(maximum.here, there->evidence), 0.0), root = std::sqrt(wanted(t));
-        known.push_back({there->x, fall});
-        const bool is_inside = fall < wanted(t);
-        (is_inside ? inside : outside) = t;
-        (is_inside ? root_inside : root_outside) = std::sqrt(fall);
-        if (is_inside && t >= most) {
-          end = kNowhere;
-          break;
-        }
-        const bool is_last = std::abs(fall - wanted(t)) <= kAtEnd;
-        if (std::isfinite(outside)) {
-          const double part = std::clamp((root - root_inside) / (root_outside - root_inside), 0.0, 1.0);
-          end = inside + (outside - inside) * part;
-          t = inside + (outside - inside) * std::clamp(part, 0.1, 0.9);
-        } else {
-          end = t * root / std::max(root_inside, 0.5 * root);
-          t = std::min({1.6 * t, most, kFarthest * first});
-          if (t <= inside) break;
-        }
-        if (is_last) break;
-      }
+        if (!there) return std::nullopt;
+        known.push_back({there->x, std::max(fall_between(maximum.here, there->evidence), 0.0)});
+        return known.back().fall;
+      };
+      const double end = end_of({fall_at, [&](double t) { return wanted_at(i, place(t)); }, most, deviations[i]});
       if (end < most) (direction < 0 ? intervals.low : intervals.high)[i] = place(end);
     }
+  // Each place that is not excluded is inside, whichever number's end it was sought for.
   for (const Known& one : known)
     for (Index i = 0; i < n; ++i) {
       if (one.fall > wanted_at(i, one.x[i])) continue;

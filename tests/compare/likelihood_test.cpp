@@ -96,6 +96,28 @@ TEST(FindIntervals, EndAtTheBoxWhereTheEvidenceHasNotFallen) {
   EXPECT_TRUE(std::isfinite(intervals.high[0]));
 }
 
+TEST(FindIntervals, HaveNoEndWhereThereIsNoEvidence) {
+  const LocalEvidence local = about(as_evidence, kMiddle, kInformation, kWide);
+  const ProfileAt one_sided = [](Index held, double place) -> std::optional<ProfilePlace> {
+    if (held == 1 && place > kMiddle[1]) return std::nullopt;
+    return profile(held, place);
+  };
+  const Intervals intervals = find_intervals(one_sided, local, kWide, {0, 0});
+  EXPECT_EQ(intervals.high[1], std::numeric_limits<double>::infinity());
+  EXPECT_TRUE(std::isfinite(intervals.low[1]));
+  EXPECT_TRUE(std::isfinite(intervals.high[0]));
+}
+
+TEST(FindIntervals, AreSoughtNearerWhereThereIsNoEvidenceFarther) {
+  const LocalEvidence local = about(as_evidence, kMiddle, kInformation, kWide);
+  const double half = 1.64485 * std::sqrt(kInformation.inverse()(1, 1));
+  const ProfileAt near_only = [&](Index held, double place) -> std::optional<ProfilePlace> {
+    if (held == 1 && place > kMiddle[1] + 0.9 * half) return std::nullopt;
+    return profile(held, place);
+  };
+  EXPECT_NEAR(find_intervals(near_only, local, kWide, {0, 0}).high[1], kMiddle[1] + half, 0.05 * half);
+}
+
 // log cosh: flatter tails than the parabola at its maximum.
 TEST(FindIntervals, FollowEvidenceThatIsNoParabola) {
   const EvidenceAt evidence = [](const VectorXd& x) -> std::optional<Evidence> {

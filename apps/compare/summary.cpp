@@ -11,6 +11,7 @@
 #include "pulson/core/name_table.hpp"
 #include "sentences.hpp"
 #include "shell/messages.hpp"
+#include "shell/probability_text.hpp"
 
 namespace pulson {
 namespace {
@@ -125,12 +126,7 @@ std::string number(double value, const char* format) {
 
 std::string fitted_text(const compare::FittedNumber& fitted) {
   if (fitted.vanishes) return fitted.name + (fitted.name == "lambda" ? " = ∞" : " = 0");  // 1/λ is the variance
-  const std::string text = fmt::format("{} = {:.4g}", fitted.name, fitted.value);
-  if (fitted.log_deviation <= 1) return text + fmt::format(" (± {:.0f} %)", 100 * fitted.log_deviation);
-  const bool has_low = fitted.low > 0, has_high = std::isfinite(fitted.high);
-  if (has_low && has_high) return text + fmt::format(" ({:.3g} to {:.3g})", fitted.low, fitted.high);
-  if (has_high) return text + fmt::format(" (at most {:.3g})", fitted.high);
-  return text + (has_low ? fmt::format(" (at least {:.3g})", fitted.low) : " (undetermined)");
+  return fitted.name + " = " + positive_number_text(fitted.value, fitted.log_deviation, fitted.low, fitted.high);
 }
 
 std::string verdict(const compare::Comparison& comparison) {

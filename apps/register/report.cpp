@@ -14,6 +14,7 @@
 #include "shell/facts.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
+#include "shell/probability_text.hpp"
 #include "shell/program.hpp"
 #include "shell/report_parts.hpp"
 #include "surface.hpp"
@@ -72,9 +73,11 @@ html::ReportTable numbers_table(const matching::Registration& registration, cons
   if (registration.uncertainty) add("log evidence", report_number(registration.uncertainty->log_evidence));
   if (facts.counts.order_inversions) add("pairs that changed order", fmt::to_string(*facts.counts.order_inversions));
   if (facts.counts.flipped_triangles) add("triangles flipped", fmt::to_string(*facts.counts.flipped_triangles));
-  if (facts.fitted)
-    for (std::size_t i = 0; i < facts.fitted->names.size(); ++i)
-      add(facts.fitted->names[i] + ", fitted", report_number(facts.fitted->values[static_cast<Eigen::Index>(i)]));
+  if (const auto& fitted = facts.fitted)
+    for (std::size_t i = 0; i < fitted->names.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      add(fitted->names[i] + ", fitted", positive_number_text(fitted->values[row], fitted->log_deviations[row]));
+    }
   return table;
 }
 

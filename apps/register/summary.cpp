@@ -7,6 +7,7 @@
 #include "records/registration_facts.hpp"
 #include "registration_warnings.hpp"
 #include "shell/messages.hpp"
+#include "shell/probability_text.hpp"
 #include "verdict_texts.hpp"
 
 namespace pulson {
@@ -75,10 +76,10 @@ void print_fitted(const inference::FittedParameters& fitted) {
   print_text("fitted    ");
   for (std::size_t i = 0; i < fitted.names.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    print_text(" {} = {:.4g}", fitted.names[i], fitted.values[row]);
-    if (!std::isnan(fitted.log_deviations[row])) print_text(" (± {:.0f} %)", 100 * fitted.log_deviations[row]);
+    print_text("{} {} = {}", i == 0 ? "" : ",", fitted.names[i],
+               positive_number_text(fitted.values[row], fitted.log_deviations[row]));
   }
-  print_text(", log evidence {:.4g} after {} matches{}\n", fitted.log_evidence, fitted.evaluations,
+  print_text("; log evidence {:.4g} after {} matches{}\n", fitted.log_evidence, fitted.evaluations,
              fitted.converged ? "" : "; NOT CONVERGED");
   if (!fitted.note.empty()) print_text("           {}\n", fitted.note);
 }

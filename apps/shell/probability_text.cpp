@@ -37,4 +37,21 @@ std::string probability_text(const Estimate& estimate, std::int64_t trials) {
   return value_with_error(estimate.value, estimate.standard_error);
 }
 
+std::string positive_number_text(double value, double log_deviation, double low, double high) {
+  const std::string text = fmt::format("{:.4g}", value);
+  if (log_deviation <= 1) return text + fmt::format(" (± {:.0f} %)", 100 * log_deviation);
+  const bool has_low = low > 0, has_high = std::isfinite(high);
+  if (has_low && has_high) return text + fmt::format(" ({:.3g} to {:.3g})", low, high);
+  if (has_high) return text + fmt::format(" (at most {:.3g})", high);
+  return text + (has_low ? fmt::format(" (at least {:.3g})", low) : " (undetermined)");
+}
+
+std::string positive_number_text(double value, double log_deviation) {
+  constexpr double kNinety = 1.644854;  // deviations of a normal law within which 90 % is
+  constexpr double kMostFactor = 100;   // to which numbers are searched
+  const double factor = std::exp(kNinety * log_deviation);
+  if (!(factor <= kMostFactor)) return fmt::format("{:.4g} (undetermined)", value);
+  return positive_number_text(value, log_deviation, value / factor, value * factor);
+}
+
 }  // namespace pulson

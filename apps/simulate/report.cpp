@@ -82,12 +82,14 @@ html::ReportTable path_table(const records::Simulation& simulation) {
   std::vector<records::SamplePathRow> rows;
   for (std::size_t m = 0; m < simulation.samples.size(); ++m) rows.push_back({&simulation, m});
   html::ReportTable table = report_table(
-      are_clean
-          ? chosen(all, {"status", "largest_displacement", "largest_momentum", "contraction_bound"})
-          : chosen(all, {"status", "reason", "time", "largest_displacement", "largest_momentum", "contraction_bound"}),
+      are_clean ? chosen(all, {"largest_displacement", "largest_momentum", "contraction_bound"})
+                : chosen(all, {"reason", "time", "largest_displacement", "largest_momentum", "contraction_bound"}),
       rows, "κ below 1: the equation of each step has one root.");
-  table.header.insert(table.header.begin(), "path");
-  for (std::size_t m = 0; m < rows.size(); ++m) table.rows[m].insert(table.rows[m].begin(), {fmt::to_string(m + 1)});
+  table.header.insert(table.header.begin(), {"path", "ended"});
+  for (std::size_t m = 0; m < rows.size(); ++m) {
+    const char* end = simulation.samples[m].status == ensemble::PathStatus::kClean ? "clean" : "early";
+    table.rows[m].insert(table.rows[m].begin(), {{fmt::to_string(m + 1)}, {end}});
+  }
   return table;
 }
 

@@ -12,6 +12,7 @@ namespace {
 
 using testing::AnyOf;
 using testing::HasSubstr;
+using testing::MatchesRegex;
 
 class RegisterOptions : public Program {
  protected:
@@ -124,6 +125,21 @@ TEST_F(RegisterOptions, FitFindsAParameterOfTheKernel) {
   const ProgramRun unknown = register_files("--noise ch-sd:beta=1,on=fit");
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_THAT(unknown.err, HasSubstr("'on' is not a parameter of these models"));
+}
+
+// The larger sigma is, the less these eight landmarks say of the noise.
+TEST_F(RegisterOptions, FittedNumbersHaveDeviationsOrIntervals) {
+  write("a.csv", "1,0\n0.71,0.49\n0,0.7\n-0.71,0.49\n-1,0\n-0.71,-0.49\n0,-0.7\n0.71,-0.49\n");
+  write("b.csv", "1.13,0.08\n0.78,0.46\n0.02,0.74\n-0.85,0.45\n-0.96,0.03\n-0.61,-0.34\n0,-0.72\n0.62,-0.54\n");
+  const std::string options = "--noise ch-sd:beta=0.2:fit --kernel gaussian:alpha=1 --lambda 200 --align none --sigma ";
+  const auto fitted = [&](const std::string& sigma) {
+    const std::string out = register_files(options + sigma).out;
+    const std::size_t start = out.find("beta = ", out.find("\nfitted "));
+    return out.substr(start, out.find("; log evidence", start) - start);
+  };
+  EXPECT_THAT(fitted("0.05"), MatchesRegex("beta = 0\\.0[0-9]+ \\(± [0-9]+ %\\)"));
+  EXPECT_THAT(fitted("0.065"), MatchesRegex("beta = 0\\.0[0-9]+ \\(0\\.00[0-9]+ to 0\\.[0-9]+\\)"));
+  EXPECT_THAT(fitted("0.08"), MatchesRegex("beta = 0\\.00[0-9]+ \\(undetermined\\)"));
 }
 
 TEST_F(RegisterOptions, ReflectTurnsTheShapeOver) {

@@ -21,11 +21,6 @@ namespace {
 using compare::ComparedModel;
 using compare::Comparison;
 
-std::string joined_words(const std::vector<std::string>& words) {
-  if (words.size() < 2) return words.empty() ? std::string() : words.front();
-  return fmt::format("{} and {}", fmt::join(words.begin(), words.end() - 1, ", "), words.back());
-}
-
 std::string range_name(const Comparison& comparison, const compare::SigmaProfile::Range& range) {
   if (!range.has_noise) return "noise is not distinguished from none";
   std::vector<std::string> names;

@@ -54,28 +54,55 @@ std::string shapes_needed(std::size_t shapes, double greatest, double share) {
   return fmt::format("{:.0f}", std::ceil(needed / digit) * digit);
 }
 
+std::string of_variance(double share) {
+  return share < 0.1 ? fmt::format("{:.2g} % of the variance", 100 * share)
+                     : fmt::format("{:.0f} % of the variance", 100 * share);
+}
+
+// Without what another model has in it, too.
+std::string noise_name(const compare::Comparison& comparison, const compare::ComparedModel& model) {
+  const auto kind = [](const compare::ComparedModel& of) { return of.noise.substr(0, of.noise.find(':')); };
+  const auto alike = std::count_if(comparison.models.begin(), comparison.models.end(),
+                                   [&](const auto& other) { return kind(other) == kind(model); });
+  return alike > 1 ? shortened_spec(model.noise) : kind(model);
+}
+
+// By the upper ends of the noises' shares of the variance.
 std::string verdict_of_geodesic(const compare::Comparison& comparison) {
-  constexpr double kEnough = 0.1;  // of the variance
-  const compare::ComparedModel* widest = nullptr;
-  for (const compare::ComparedModel& model : comparison.models)
-    if (!is_part_of_sigma(comparison, model.fit) &&
-        (widest == nullptr || model.fit.greatest_noise_share > widest->fit.greatest_noise_share))
-      widest = &model;
-  const auto hidden = std::find_if(comparison.models.begin(), comparison.models.end(),
-                                   [&](const auto& model) { return is_part_of_sigma(comparison, model.fit); });
-  const bool is_none = widest == nullptr || widest->noise == "none";
-  if (is_none && hidden != comparison.models.end())
-    return fmt::format(
-        "no noise is found, but {} has the effect of sigma, which is fitted; a measured sigma would show it",
-        shortened_spec(hidden->noise));
-  const double greatest = widest == nullptr ? 0 : widest->fit.greatest_noise_share;
-  if (greatest == 0) return "the geodesic is enough: no noise model explains these shapes better";
-  const std::string limit =
-      fmt::format("{:.0f} % of the variance ({})", 100 * greatest, widest->noise.substr(0, widest->noise.find(':')));
-  if (greatest <= kEnough) return fmt::format("the geodesic is enough: noise has at most {}", limit);
+  constexpr double kEnough = 0.1;
+  std::vector<std::string> as_sigma, excluded;
+  double greatest = 0, greatest_excluded = 0;
+  std::string widest;
+  for (const compare::ComparedModel& model : comparison.models) {
+    if (model.noise == "none") continue;
+    const std::string name = noise_name(comparison, model);
+    const double share = model.fit.greatest_noise_share;
+    if (is_part_of_sigma(comparison, model.fit)) {
+      as_sigma.push_back(name);
+      continue;
+    }
+    if (share <= kEnough) {
+      excluded.push_back(name);
+      greatest_excluded = std::max(greatest_excluded, share);
+    }
+    if (widest.empty() || share > greatest) widest = name;
+    greatest = std::max(greatest, share);
+  }
+  const std::string hidden =
+      as_sigma.empty() ? "" : joined_words(as_sigma) + " has the effect of sigma, which is fitted";
+  if (widest.empty() && !hidden.empty())
+    return fmt::format("no noise is found, but {}; a measured sigma would show it", hidden);
+  const std::string but = hidden.empty() ? "" : ", but " + hidden;
+  if (greatest == 0) return "the geodesic is enough: no noise model explains these shapes better" + but;
+  if (greatest <= kEnough)
+    return fmt::format("the geodesic is enough: noise has at most {} ({}){}", of_variance(greatest), widest, but);
   const std::size_t shapes = comparison.cohort.targets.size();
-  return fmt::format("no noise is found, but {} cannot exclude noise of up to {}; about {} could",
-                     counted(shapes, "shape"), limit, shapes_needed(shapes, greatest, kEnough));
+  return fmt::format("no noise is found{}, but {} cannot exclude noise of up to {} ({}); about {} could",
+                     excluded.empty()
+                         ? ""
+                         : fmt::format(" ({} {} at most {})", joined_words(excluded),
+                                       excluded.size() > 1 ? "have" : "has", of_variance(greatest_excluded)),
+                     counted(shapes, "shape"), of_variance(greatest), widest, shapes_needed(shapes, greatest, kEnough));
 }
 
 // By the paths that lead there, and their cost: evidence does not tell models apart from one shape.

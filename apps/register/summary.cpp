@@ -128,10 +128,8 @@ std::string suspects_text(const matching::Registration& registration) {
     if (const double weight = registration.robust->weights[a]; weight < matching::kSuspectWeight)
       suspects.push_back(
           fmt::format("{} ({}{:.2f})", registration.source.describe(a), suspects.empty() ? "weight " : "", weight));
-  std::string text;
-  for (std::size_t i = 0; i < suspects.size(); ++i)
-    text += (i == 0 ? "" : i + 1 == suspects.size() ? " and " : ", ") + suspects[i];
-  return text.empty() ? text : fmt::format("{} {}", suspects.size() == 1 ? "landmark" : "landmarks", text);
+  if (suspects.empty()) return {};
+  return (suspects.size() == 1 ? "landmark " : "landmarks ") + joined_words(suspects);
 }
 
 void print_registration(const matching::Registration& registration, const records::RegistrationFacts& facts,

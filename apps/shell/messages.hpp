@@ -38,6 +38,9 @@ std::string padded(const std::string& text, std::size_t width);
 /// Prints rows, one or more, each column as wide as its widest cell.
 void print_table(const std::vector<std::vector<std::string>>& rows);
 
+/// "a, b and c".
+std::string joined_words(const std::vector<std::string>& words);
+
 /// "1 pair of landmarks", "2 pairs of landmarks".
 std::string counted(std::int64_t count, std::string_view noun, std::string_view rest = {});
 

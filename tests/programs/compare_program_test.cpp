@@ -190,7 +190,11 @@ TEST_F(CompareProgram, SaysThatConstantNoiseIsHiddenInAFittedSigma) {
   EXPECT_THAT(fitted.err, HasSubstr("note: ch-sd: beta has the same effect as sigma"));
   const ProgramRun known = compare(line + "known --sigma 0.01");
   ASSERT_EQ(known.exit_code, 0) << known.err;
-  EXPECT_THAT(known.out, AllOf(HasSubstr("verdict    "), Not(HasSubstr("effect of sigma"))));
+  EXPECT_THAT(known.out, AllOf(HasSubstr("the geodesic is enough: noise has at most "),
+                               HasSubstr("% of the variance (ch-sd)"), Not(HasSubstr("effect of sigma"))));
+  const ProgramRun wider = compare(line + "wider --sigma 0.01 --noise p-sd:beta=fit,fields=grid,count=3");
+  EXPECT_THAT(wider.out,
+              AllOf(HasSubstr("no noise is found (ch-sd has at most "), HasSubstr("% of the variance (p-sd); about ")));
 }
 
 TEST_F(CompareProgram, CountsHowOftenTheRightModelIsChosen) {

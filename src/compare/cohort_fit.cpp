@@ -20,6 +20,12 @@ double CohortFit::score() const {
   return log_evidence - 0.5 * static_cast<double>(fitted.size()) * std::log(static_cast<double>(shapes.size()));
 }
 
+Eigen::VectorXd CohortFit::log_evidences() const {
+  Eigen::VectorXd evidences(std::ssize(shapes));
+  std::transform(shapes.begin(), shapes.end(), evidences.begin(), [](const ShapeFit& fit) { return fit.log_evidence; });
+  return evidences;
+}
+
 bool CohortFit::noise_vanishes() const {
   const auto scales = [](const FittedNumber& number) { return number.scales_noise; };
   return std::any_of(fitted.begin(), fitted.end(), scales) &&

@@ -217,11 +217,7 @@ void rank(Comparison& comparison) {
   for (const ComparedModel& model : models) sum += std::exp(model.score - best->score);
   for (ComparedModel& model : models) {
     model.weight = std::exp(model.score - best->score) / sum;
-    VectorXd differences(std::ssize(model.fit.shapes));
-    for (Index s = 0; s < differences.size(); ++s)
-      differences[s] = model.fit.shapes[static_cast<std::size_t>(s)].log_evidence -
-                       best->fit.shapes[static_cast<std::size_t>(s)].log_evidence;
-    model.difference = {model.score - best->score, error_of_sum(differences)};
+    model.difference = {model.score - best->score, error_of_sum(model.fit.log_evidences() - best->fit.log_evidences())};
   }
 }
 

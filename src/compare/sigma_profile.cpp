@@ -37,7 +37,8 @@ class Walk {
         model_(comparison.cohort, make_open_noise(noise, comparison.cohort.source), settings_),
         numbers_(model_, model_.count() - 1,
                  model_.match(place_of(compared.fit), nullptr, CohortModel::Effort::kRough)),  // σ is the last
-        shift_(compared.score - numbers_.at_place(numbers_.start())->matches.log_evidence) {}
+        shift_(compared.score - numbers_.at_place(numbers_.start())->matches.log_evidence),
+        of_fit_(compared.fit.log_evidences()) {}
 
   void visit(double sigma) { numbers_.visit(place(sigma)); }
   void visit_all(const VectorXd& rising) {
@@ -51,7 +52,8 @@ class Walk {
   }
   VectorXd shapes(double sigma) const {
     const HeldNumber::Place* found = numbers_.at_place(place(sigma));
-    return found == nullptr ? VectorXd::Constant(model_.shapes(), text::kMissing) : found->shapes;
+    if (found == nullptr) return VectorXd::Constant(model_.shapes(), text::kMissing);
+    return of_fit_ + (found->shapes - numbers_.at_place(numbers_.start())->shapes);
   }
 
  private:
@@ -72,13 +74,16 @@ class Walk {
                                       [&](const FittedNumber& fitted) { return fitted.name == number.name; });
       values.push_back(found != fit.fitted.end() ? found->value : fit.sigma);
     }
-    return model_.place(values);
+    VectorXd x = model_.place(values);
+    x[x.size() - 1] = place(values.back());  // wherever it is: it is held
+    return x;
   }
 
   CohortSettings settings_;
   CohortModel model_;
   HeldNumber numbers_;
-  double shift_;  // from Laplace's evidence to the score
+  double shift_;     // from Laplace's evidence to the score
+  VectorXd of_fit_;  // evidences of the shapes, by draws
 };
 
 // From half the least to twice the greatest σ of the models that the fits do not distinguish, evenly in log σ.
@@ -170,8 +175,8 @@ bool are_same(const SigmaProfile::Range& a, const SigmaProfile::Range& b) {
 SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<NoiseChoice>& noises) {
   const SerialBlas serial;
   const auto start = std::chrono::steady_clock::now();
-  const double middle = comparison.models[comparison.best].fit.sigma;
   const VectorXd places = places_of(comparison);
+  const double middle = std::sqrt(places[0] * places[places.size() - 1]);
   std::vector<double> sigmas(places.begin(), places.end());
   std::vector<std::optional<Walk>> walks(noises.size());
   for (std::size_t m = 0; m < noises.size(); ++m) try {

@@ -76,6 +76,10 @@ TEST(SigmaProfile, IsThatOfFitsWithThatSigma) {
   const Eigen::Index last = profile.sigma.size() - 1;
   ASSERT_GE(last, 4);
   EXPECT_NEAR(profile.sigma[last], 0.02, 1e-12);
+  for (Eigen::Index m = 0; m < 2; ++m) {  // at the sigma of the fits the evidence of each shape is that of the fit
+    const Eigen::VectorXd of_fit = comparison.models[static_cast<std::size_t>(m)].fit.log_evidences();
+    EXPECT_LT((profile.shapes[static_cast<std::size_t>(last / 2)].col(m) - of_fit).norm(), 0.15);
+  }
   options.checks = false;
   options.settings.sigma = 0.02;
   const Comparison other = compare_models(shapes, {"none", "ch-sd"}, options);
@@ -98,6 +102,25 @@ TEST(SigmaProfile, SpansTheSigmasOfModelsThatAreNotDistinguished) {
   const Eigen::VectorXd& sigma = comparison.profile->sigma;
   EXPECT_NEAR(sigma[0], std::max(low / 2, 2 * high / 256), 1e-9 * high);
   EXPECT_NEAR(sigma[sigma.size() - 1], 2 * high, 1e-9 * high);
+}
+
+// Noise takes all of one model's sigma, which is hundreds of times the other's.
+TEST(SigmaProfile, IsNoHigherThanTheFits) {
+  CohortSettings settings = cohort_settings();
+  settings.kernel = "gaussian:alpha=1.5";
+  settings.sigma = 0.004;
+  const CohortShapes shapes{oval(8), drawn_shapes(oval(8), "ch-sd:beta=0.05", 50, settings, 6, 33)};
+  settings.fit_sigma = true;
+  const Comparison comparison = compare_models(shapes, {"none", "ch-sd"}, options_of_profile(settings));
+  ASSERT_TRUE(comparison.profile);
+  const Eigen::MatrixXd& scores = comparison.profile->scores;
+  ASSERT_FALSE(comparison.models[0].is_behind());
+  ASSERT_FALSE(comparison.models[1].is_behind());
+  ASSERT_GT(comparison.models[0].fit.sigma, 50 * comparison.models[1].fit.sigma);
+  for (const Eigen::Index m : {0, 1}) {
+    const double of_fit = comparison.models[static_cast<std::size_t>(m)].score;
+    EXPECT_NEAR(scores.col(m).maxCoeff(), of_fit, 0.5) << scores;
+  }
 }
 
 // Where the verdict changes is found within 5 %, and fits with σ given on either side say so.

@@ -129,6 +129,8 @@ struct CohortFit {
   /// Minus half of Schwarz's criterion: log_evidence − (k/2) log n for k fitted numbers and n shapes, which are the
   /// independent units.
   double score() const;
+  /// Of each shape.
+  Eigen::VectorXd log_evidences() const;
   /// Whether amplitudes of the noise are fitted, and all of them vanish: of a sum no term is left.
   bool noise_vanishes() const;
   /// Whether momenta are fitted, and there are none.

@@ -27,6 +27,7 @@ constexpr double kFar = 0.5;            // deviations, within the steps of diffe
 constexpr double kLongestStep = 3;      // of x
 constexpr int kTurnsByDifferences = 6;  // of numbers and matches
 constexpr double kLeastPromise = 0.05;  // nats of Laplace's evidence: far below what decides
+constexpr double kLeastOfExact = 1e-3;  // within 0.05 deviations of the maximum, which the evidences of shapes need
 
 }  // namespace
 
@@ -140,14 +141,15 @@ matching::NewtonMaximum greatest_corrected(const CohortModel& cohort, const Matc
 }
 
 void turn_by_turn(const CohortModel& cohort, Matches& best, Correction& correction, const AddedByDraws& added,
-                  const Box& box) {
+                  const Box& box, CohortModel::Effort effort) {
+  const double least_promise = effort == CohortModel::Effort::kRough ? kLeastPromise : kLeastOfExact;
   correction.x = best.x;
   bool is_found = false;
   for (int turn = 0; turn < kTurnsByDifferences; ++turn) try {
       const matching::NewtonMaximum there = greatest_corrected(cohort, best, correction, added, box);
       const double promised = there.about.value - best.log_evidence - added.value(best.x);
-      if (promised < kLeastPromise) break;
-      Matches next = cohort.match(there.x, &best, CohortModel::Effort::kRough);
+      if (promised < least_promise) break;
+      Matches next = cohort.match(there.x, &best, effort);
       const double gain = next.log_evidence + added.value(next.x) - best.log_evidence - added.value(best.x);
       if (gain > 0) {
         correction.move_to(next.x);

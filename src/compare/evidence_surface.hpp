@@ -81,8 +81,9 @@ matching::NewtonMaximum greatest_corrected(const CohortModel& cohort, const Matc
                                            const Correction& correction, const AddedByDraws& added, const Box& box);
 /// Towards the greatest of that in a box: numbers and matches in turn, of which the best is kept. Where the evidence
 /// does not rise by what is promised, as where data hardly determine σ, the correction is found anew.
+/// @param effort of the matches, and of the maximum
 void turn_by_turn(const CohortModel& cohort, Matches& best, Correction& correction, const AddedByDraws& added,
-                  const Box& box);
+                  const Box& box, CohortModel::Effort effort = CohortModel::Effort::kRough);
 
 /// The evidence near matches, by draws where these determine it, else Laplace's: that of the models linear about them,
 /// and what differences showed that these lack.

@@ -19,8 +19,8 @@ constexpr double kGain = 0.05;  // nats: far below what decides
 
 }  // namespace
 
-HeldNumber::HeldNumber(const CohortModel& cohort, Index held, Matches about)
-    : cohort_(cohort), held_(held), start_(about.x[held]) {
+HeldNumber::HeldNumber(const CohortModel& cohort, Index held, Matches about, CohortModel::Effort effort)
+    : cohort_(cohort), held_(held), effort_(effort), start_(about.x[held]) {
   Correction correction = correction_about(cohort, about, box_at(start_));
   keep(start_, settled(std::move(about), std::move(correction)));
 }
@@ -112,7 +112,7 @@ HeldNumber::Promise HeldNumber::promise(double place, const Place& near) const {
 std::optional<HeldNumber::Place> HeldNumber::from(const Place& near, const Promise& to) const try {
   Correction correction = near.correction;
   correction.move_to(to.x);
-  return settled(cohort_.match(to.x, &near.matches, CohortModel::Effort::kRough), std::move(correction));
+  return settled(cohort_.match(to.x, &near.matches, effort_), std::move(correction));
 } catch (const NumericalError&) {
   return std::nullopt;
 }
@@ -128,7 +128,7 @@ bool HeldNumber::improve(Known::iterator place, const Place& near) {
 }
 
 HeldNumber::Place HeldNumber::settled(Matches best, Correction correction) const {
-  turn_by_turn(cohort_, best, correction, added_, box_at(best.x[held_]));
+  turn_by_turn(cohort_, best, correction, added_, box_at(best.x[held_]), effort_);
   VectorXd shapes(cohort_.shapes());
   for (Index s = 0; s < shapes.size(); ++s)
     shapes[s] = posterior::LinearAt(*best.minima[at(s)].linear, best.model).laplace();

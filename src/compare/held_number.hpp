@@ -14,7 +14,8 @@ namespace pulson::compare {
 class HeldNumber {
  public:
   /// @param cohort is kept @param held of cohort.open() @param about matches at x, where the walk begins
-  HeldNumber(const CohortModel& cohort, Eigen::Index held, Matches about);
+  HeldNumber(const CohortModel& cohort, Eigen::Index held, Matches about,
+             CohortModel::Effort effort = CohortModel::Effort::kRough);
   /// @param correction of the models linear about the matches @param added to Laplace's evidence
   HeldNumber(const CohortModel& cohort, Eigen::Index held, Matches about, Correction correction, AddedByDraws added);
 
@@ -56,6 +57,7 @@ class HeldNumber {
   const CohortModel& cohort_;
   Eigen::Index held_;
   AddedByDraws added_;
+  CohortModel::Effort effort_ = CohortModel::Effort::kRough;
   double start_;
   Known known_;
 };

@@ -36,7 +36,8 @@ class Walk {
       : settings_(settings_about(comparison, middle)),
         model_(comparison.cohort, make_open_noise(noise, comparison.cohort.source), settings_),
         numbers_(model_, model_.count() - 1,
-                 model_.match(place_of(compared.fit), nullptr, CohortModel::Effort::kRough)),  // σ is the last
+                 model_.match(place_of(compared.fit), nullptr, CohortModel::Effort::kExact),  // σ is the last
+                 CohortModel::Effort::kExact),
         shift_(compared.score - numbers_.at_place(numbers_.start())->matches.log_evidence),
         of_fit_(compared.fit.log_evidences()) {}
 
@@ -160,14 +161,16 @@ SigmaProfile::Range at_place(const SigmaProfile& profile, const Comparison& comp
         (m != best && is_decisive(here[best] - here[m], error_of_sum(evidence.col(best) - evidence.col(m)))))
       continue;
     range.models.push_back(at(m));
-    if (is_none(comparison.models[at(m)])) range.has_noise = false;
+    if (!is_none(comparison.models[at(m)])) continue;
+    range.has_noise = false;
+    range.is_favoured = here[best] - here[m] > kDecisive;
   }
   range.low = range.high = profile.sigma[k];
   return range;
 }
 
 bool are_same(const SigmaProfile::Range& a, const SigmaProfile::Range& b) {
-  return a.has_noise == b.has_noise && (!a.has_noise || a.models == b.models);
+  return a.has_noise == b.has_noise && (a.has_noise ? a.models == b.models : a.is_favoured == b.is_favoured);
 }
 
 }  // namespace

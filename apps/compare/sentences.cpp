@@ -22,7 +22,7 @@ using compare::ComparedModel;
 using compare::Comparison;
 
 std::string range_name(const Comparison& comparison, const compare::SigmaProfile::Range& range) {
-  if (range.is_favoured) return "noise is favoured, but not distinguished from none,";
+  if (range.is_favoured) return "noise is favoured but not distinguished from none";
   if (!range.has_noise) return "noise is not distinguished from none";
   std::vector<std::string> names;
   for (const std::size_t m : range.models) names.push_back(shortened_spec(comparison.models[m].noise));

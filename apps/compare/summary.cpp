@@ -59,7 +59,7 @@ std::string of_variance(double share) {
                      : fmt::format("{:.0f} % of the variance", 100 * share);
 }
 
-// Without what another model has in it, too.
+// Its kind, or all of its specification where another model is of that kind.
 std::string noise_name(const compare::Comparison& comparison, const compare::ComparedModel& model) {
   const auto kind = [](const compare::ComparedModel& of) { return of.noise.substr(0, of.noise.find(':')); };
   const auto alike = std::count_if(comparison.models.begin(), comparison.models.end(),
@@ -88,8 +88,10 @@ std::string verdict_of_geodesic(const compare::Comparison& comparison) {
     if (widest.empty() || share > greatest) widest = name;
     greatest = std::max(greatest, share);
   }
-  const std::string hidden =
-      as_sigma.empty() ? "" : joined_words(as_sigma) + " has the effect of sigma, which is fitted";
+  const std::string hidden = as_sigma.empty()
+                                 ? ""
+                                 : fmt::format("{} {} the effect of sigma, which is fitted", joined_words(as_sigma),
+                                               as_sigma.size() > 1 ? "have" : "has");
   if (widest.empty() && !hidden.empty())
     return fmt::format("no noise is found, but {}; a measured sigma would show it", hidden);
   const std::string but = hidden.empty() ? "" : ", but " + hidden;

@@ -121,10 +121,11 @@ Correction correction_of(const CohortModel& cohort, const Matches& about, const 
 
 }  // namespace
 
-Correction correction_about(const CohortModel& cohort, const Matches& about, const Box& box) {
+Correction correction_about(const CohortModel& cohort, const Matches& about, const Box& box,
+                            CohortModel::Effort effort) {
   const auto evidence = [&](const VectorXd& x) -> std::optional<Evidence> {
     try {
-      return Evidence{cohort.match(x, &about, CohortModel::Effort::kRough).log_evidence, {}};
+      return Evidence{cohort.match(x, &about, effort).log_evidence, {}};
     } catch (const NumericalError&) {
       return std::nullopt;
     }
@@ -159,7 +160,7 @@ void turn_by_turn(const CohortModel& cohort, Matches& best, Correction& correcti
       }
       if (gain > promised / 2) continue;
       if (is_found && gain <= 0) break;
-      correction = correction_about(cohort, best, box);
+      correction = correction_about(cohort, best, box, effort);
       is_found = true;
     } catch (const NumericalError&) {
       break;  // what was found stands

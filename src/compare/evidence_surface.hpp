@@ -75,7 +75,8 @@ class CorrectedEvidence {
 };
 
 /// Of Laplace's evidence, by differences between rough matches, of numbers that the box leaves free.
-Correction correction_about(const CohortModel& cohort, const Matches& about, const Box& box);
+Correction correction_about(const CohortModel& cohort, const Matches& about, const Box& box,
+                            CohortModel::Effort effort = CohortModel::Effort::kRough);
 /// Where that evidence is greatest in a box, as far as it is trusted.
 matching::NewtonMaximum greatest_corrected(const CohortModel& cohort, const Matches& about,
                                            const Correction& correction, const AddedByDraws& added, const Box& box);

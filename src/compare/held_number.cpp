@@ -21,7 +21,7 @@ constexpr double kGain = 0.05;  // nats: far below what decides
 
 HeldNumber::HeldNumber(const CohortModel& cohort, Index held, Matches about, CohortModel::Effort effort)
     : cohort_(cohort), held_(held), effort_(effort), start_(about.x[held]) {
-  Correction correction = correction_about(cohort, about, box_at(start_));
+  Correction correction = correction_about(cohort, about, box_at(start_), effort_);
   keep(start_, settled(std::move(about), std::move(correction)));
 }
 

@@ -163,7 +163,7 @@ SigmaProfile::Range at_place(const SigmaProfile& profile, const Comparison& comp
     range.models.push_back(at(m));
     if (!is_none(comparison.models[at(m)])) continue;
     range.has_noise = false;
-    range.is_favoured = here[best] - here[m] > kDecisive;
+    range.is_favoured = !is_none(comparison.models[at(best)]);
   }
   range.low = range.high = profile.sigma[k];
   return range;

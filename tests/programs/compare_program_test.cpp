@@ -195,6 +195,11 @@ TEST_F(CompareProgram, SaysThatConstantNoiseIsHiddenInAFittedSigma) {
   const ProgramRun wider = compare(line + "wider --sigma 0.01 --noise p-sd:beta=fit,fields=grid,count=3");
   EXPECT_THAT(wider.out,
               AllOf(HasSubstr("no noise is found (ch-sd has at most "), HasSubstr("% of the variance (p-sd); about ")));
+  const ProgramRun two = compare(line + "two --sigma 0.01 --noise p-sd:beta=fit,fields=grid,count=2" +
+                                 " --noise p-sd:beta=fit,fields=grid,count=3");
+  EXPECT_THAT(two.out, HasSubstr("% of the variance (p-sd:fields=grid,count=3); about "));
+  const ProgramRun alike = compare(line + "alike --noise kunita:beta=fit");
+  EXPECT_THAT(alike.out, HasSubstr("ch-sd and kunita have the effect of sigma, which is fitted; a measured sigma"));
 }
 
 TEST_F(CompareProgram, CountsHowOftenTheRightModelIsChosen) {

@@ -25,7 +25,7 @@ struct SigmaProfile {
     double low = 0, high = 0;  ///< of σ
     std::vector<std::size_t> models;
     bool has_noise = true;     ///< false: a model without noise is among them
-    bool is_favoured = false;  ///< it is, more than 3 nats below noise, but by less than two standard errors
+    bool is_favoured = false;  ///< it is, but below noise
   };
   /// From the least to the greatest σ. Neighbours differ in the models that are ahead where these have noise, in
   /// whether they have, and in whether it is favoured. A border is in the middle of log σ between two places.

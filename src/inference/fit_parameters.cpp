@@ -9,8 +9,7 @@
 
 #include "core/determined.hpp"
 #include "matching/maximum.hpp"
-#include "matching/model_parameters.hpp"
-#include "matching/registration_problem.hpp"
+#include "parameters.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/objective.hpp"
@@ -22,7 +21,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double kRange = 100;  // of the search, a factor up and down
-
 // The evidence is wanted smooth, for quadratic interpolation and differences of step 0.05: the part of J that is still
 // to be gained at a minimum is the square of this.
 constexpr double kGradientTolerance = 1e-5, kDifference = 0.05;
@@ -31,42 +29,41 @@ void check(const std::vector<Landmarks>& targets, const matching::RegistrationOp
   if (options.loss) throw InputError("a robust loss and a number that is 'fit' do not go together");
   if (targets.empty()) throw InputError("there is no target to fit parameters to");
   if (fit.names.empty()) throw InputError("no parameter is named to be fitted");
+  if (!options.data.covariances.empty() &&
+      std::find(fit.names.begin(), fit.names.end(), "data-sigma") != fit.names.end())
+    throw InputError("covariances say how exact each landmark is, and sigma has no effect beside them; fit without it");
   if (!(fit.tolerance > 0 && fit.tolerance < 1))
     throw InputError(fmt::format("the tolerance of the fit is {}; it must be between 0 and 1", fit.tolerance));
   if (fit.max_evaluations < 1)
     throw InputError(fmt::format("the fit may take {} evaluations; at least 1 is needed", fit.max_evaluations));
 }
 
+PosteriorProblem problem_of(const Landmarks& source, const std::vector<Landmarks>& targets,
+                            matching::RegistrationOptions options, const FitOptions& fit) {
+  check(targets, options, fit);
+  options.minimise.on_iteration = {};
+  Specimens made = make_specimens(source, targets, std::move(options));
+  add_priors(made.problem, fit.names);
+  for (ParameterPrior& parameter : made.problem.parameters) parameter.log_deviation = 1;  // its scale, and no prior
+  require_determined_parameters("the parameters are", std::ssize(fit.names), made.free_coordinates,
+                                "fit fewer, or to more shapes");
+  return std::move(made.problem);
+}
+
 class Fit {
  public:
-  Fit(const Landmarks& source, const std::vector<Landmarks>& targets, const matching::RegistrationOptions& options,
-      const FitOptions& fit)
-      : source_(source),
-        targets_(targets),
-        fit_(fit),
-        tolerance_(options.minimise.gradient_tolerance),
-        parameters_(first_model(source, targets, options, fit)) {
-    std::vector<int> taken(parameters_.names().size(), 0);
-    for (const std::string& name : fit.names) {
-      places_.push_back(parameters_.places(name));
-      for (const Index place : places_.back()) {
-        if (++taken[static_cast<std::size_t>(place)] > 1)
-          throw InputError(
-              fmt::format("'{}' is to be fitted twice", parameters_.names()[static_cast<std::size_t>(place)]));
-        if (!(parameters_.values()[place] > 0))
-          throw InputError(
-              fmt::format("'{}' is {}; what is fitted, by its logarithm, must be greater than 0 at the start",
-                          parameters_.names()[static_cast<std::size_t>(place)], parameters_.values()[place]));
-      }
-    }
-    Index coordinates = 0;
-    for (const Landmarks& target : targets) coordinates += free_coordinates(make_problem(source, target, options));
-    require_determined_parameters("the parameters are", std::ssize(places_), coordinates,
-                                  "fit fewer, or to more shapes");
+  Fit(PosteriorProblem problem, const FitOptions& fit, matching::MinimiseOptions minimise)
+      : fit_(fit),
+        minimise_(std::move(minimise)),
+        tolerance_(minimise_.gradient_tolerance),
+        problem_(std::move(problem)),
+        space_(problem_) {
+    minimise_.on_iteration = {};
+    minimise_.gradient_tolerance = std::min(tolerance_, kGradientTolerance);
   }
 
   FittedParameters run() {
-    const Index count = std::ssize(places_);
+    const Index count = space_.count();
     const matching::ValueAt at = [&](const VectorXd& x) { return evidence(x); };
     const matching::Maximum maximum = matching::maximise(
         at, {VectorXd::Constant(count, -std::log(kRange)), VectorXd::Constant(count, std::log(kRange))},
@@ -75,40 +72,19 @@ class Fit {
   }
 
  private:
-  static matching::ModelParameters first_model(const Landmarks& source, const std::vector<Landmarks>& targets,
-                                               matching::RegistrationOptions options, const FitOptions& fit) {
-    check(targets, options, fit);
-    options.minimise.on_iteration = {};
-    options.uncertainty = true;  // so that the mode is that of the evidence
-    options.minimise.gradient_tolerance = std::min(options.minimise.gradient_tolerance, kGradientTolerance);
-    return {make_problem(source, targets.front(), options), options};
-  }
-
-  matching::RegistrationOptions options(const VectorXd& x) const {
-    VectorXd values = parameters_.values();
-    for (Index i = 0; i < x.size(); ++i) values(places_[static_cast<std::size_t>(i)]) *= std::exp(x[i]);
-    return parameters_.options(values);
-  }
-
-  VectorXd values(const VectorXd& x) const {
-    VectorXd values(x.size());
-    for (Index i = 0; i < x.size(); ++i)
-      values[i] = parameters_.values()[places_[static_cast<std::size_t>(i)].front()] * std::exp(x[i]);
-    return values;
-  }
-
   struct Matches {
     double log_evidence = 0;
     int unfinished = 0;
   };
 
-  Matches matches(const matching::RegistrationOptions& options) const {
-    VectorXd evidence(std::ssize(targets_));
-    std::vector<char> converged(targets_.size());
-    parallel_for(static_cast<int>(targets_.size()), [&](int i) {
+  Matches matches(const VectorXd& x) const {
+    const posterior::Numbers numbers = space_.at(x);
+    VectorXd evidence(std::ssize(problem_.specimens));
+    std::vector<char> converged(problem_.specimens.size());
+    parallel_for(static_cast<int>(evidence.size()), [&](int i) {
       const auto t = static_cast<std::size_t>(i);
-      const matching::MatchingObjective objective(make_problem(source_, targets_[t], options).matching);
-      const matching::MinimiseSummary summary = minimise(objective, options.minimise);
+      const matching::MatchingObjective objective(problem_at(problem_.specimens[t], numbers));
+      const matching::MinimiseSummary summary = minimise(objective, minimise_);
       evidence[i] = log_evidence(objective, summary.solution);
       converged[t] = summary.converged || summary.relative_gradient <= tolerance_ ? 1 : 0;
     });
@@ -119,7 +95,7 @@ class Fit {
   double evidence(const VectorXd& x) {
     double value = -std::numeric_limits<double>::infinity();
     try {
-      const double sum = matches(options(x)).log_evidence;
+      const double sum = matches(x).log_evidence;
       if (std::isfinite(sum)) value = sum;
     } catch (const Error&) {
       if (evaluations_ == 0) throw;
@@ -127,7 +103,7 @@ class Fit {
     if (evaluations_ == 0 && !std::isfinite(value))
       throw NumericalError("the evidence is not finite initially; give other initial values");
     ++evaluations_;
-    if (fit_.on_evaluation) fit_.on_evaluation(evaluations_, values(x), value);
+    if (fit_.on_evaluation) fit_.on_evaluation(evaluations_, space_.values(x), value);
     return value;
   }
 
@@ -153,12 +129,18 @@ class Fit {
   }
 
   FittedParameters result(const matching::Maximum& maximum, const VectorXd& deviations) const {
-    const matching::RegistrationOptions best = options(maximum.x);
-    const int unfinished = matches(best).unfinished;
-    FittedParameters fitted{fit_.names,         values(maximum.x), deviations,
-                            maximum.value,      evaluations_,      maximum.converged && unfinished == 0,
-                            best.kernel.spec(), best.noise.spec(), best.sigma.in(0),
-                            best.lambda.value()};
+    const posterior::Numbers best = space_.at(maximum.x);
+    const int unfinished = matches(maximum.x).unfinished;
+    FittedParameters fitted{fit_.names,
+                            space_.values(maximum.x),
+                            deviations,
+                            maximum.value,
+                            evaluations_,
+                            maximum.converged && unfinished == 0,
+                            best.kernel->spec(),
+                            best.noise->spec(),
+                            best.sigma * problem_.specimens.front().sigma,
+                            best.lambda};
     const auto add = [&](const std::string& text) { fitted.note += (fitted.note.empty() ? "" : "; ") + text; };
     for (Index i = 0; i < maximum.x.size(); ++i)
       if (maximum.at_bound[i])
@@ -166,18 +148,17 @@ class Fit {
                         fit_.names[static_cast<std::size_t>(i)], kRange, maximum.x[i] > 0 ? "larger" : "smaller"));
     if (!maximum.converged)
       add(fmt::format("the search ended after {} evaluations, before its tolerance was reached", maximum.evaluations));
-    if (unfinished > 0) add(fmt::format("{} of {} matches did not converge", unfinished, targets_.size()));
+    if (unfinished > 0) add(fmt::format("{} of {} matches did not converge", unfinished, problem_.specimens.size()));
     const bool lost = (deviations.array().isNaN() && !maximum.at_bound).any();
     if (lost) add("the evidence has no strict maximum there: the data do not determine all of these parameters");
     return fitted;
   }
 
-  const Landmarks& source_;
-  const std::vector<Landmarks>& targets_;
   const FitOptions& fit_;
+  matching::MinimiseOptions minimise_;
   double tolerance_;  // of the gradient at a minimum, as it was asked for
-  matching::ModelParameters parameters_;
-  std::vector<std::vector<Index>> places_;  // of each name
+  PosteriorProblem problem_;
+  ParameterSpace space_;
   int evaluations_ = 0;
 };
 
@@ -185,7 +166,7 @@ class Fit {
 
 FittedParameters fit_parameters(const Landmarks& source, const std::vector<Landmarks>& targets,
                                 const matching::RegistrationOptions& options, const FitOptions& fit) {
-  return Fit(source, targets, options, fit).run();
+  return Fit(problem_of(source, targets, options, fit), fit, options.minimise).run();
 }
 
 }  // namespace pulson::inference

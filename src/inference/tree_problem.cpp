@@ -71,12 +71,13 @@ std::vector<const Landmarks*> shapes_by_node(const std::vector<TreeNode>& tree, 
 }
 
 // Without momenta λ has no effect, nor has the kernel where noise does not make any.
-std::vector<std::string> sampled_names(const std::vector<std::string>& asked, const AllParameters& all, bool kernel) {
+std::vector<std::string> sampled_names(const std::vector<std::string>& asked, const PosteriorProblem& problem,
+                                       bool kernel) {
   const auto has_effect = [&](const std::string& name) { return name != "lambda" && (name != "alpha" || kernel); };
   std::vector<std::string> names;
   for (const std::string& name : asked) {
     if (name == "all") {
-      const std::vector<std::string> every = every_parameter(all);
+      const std::vector<std::string> every = every_parameter(problem);
       std::copy_if(every.begin(), every.end(), std::back_inserter(names), has_effect);
       continue;
     }
@@ -153,8 +154,8 @@ PosteriorProblem make_tree_problem(const Landmarks& source, const std::vector<Tr
   if (options.kernel.spec() == "auto") options.kernel = "matern32:alpha=auto";  // to which no shape is matched
   const double time = options.grid.time / *std::max_element(depths.begin(), depths.end());
   const double steps = options.grid.steps / options.grid.time;
-  AllParameters all;
-  PosteriorProblem problem = make_specimens(source, observed, std::move(options), all);
+  if (options.integrator == "auto") options.integrator = "heun";
+  PosteriorProblem problem = make_specimens(source, observed, std::move(options)).problem;
   problem.notes.insert(problem.notes.begin(), notes.begin(), notes.end());
   const NoiseTraits traits = problem.specimens.front().system.noise->traits();
   if (problem.specimens.front().system.noise->channels(source.dimension(), source.count()) == 0)
@@ -170,7 +171,7 @@ PosteriorProblem make_tree_problem(const Landmarks& source, const std::vector<Tr
   }
   problem.specimens.erase(problem.specimens.begin() + 1, problem.specimens.end());
   problem.sources.erase(problem.sources.begin() + 1, problem.sources.end());
-  add_priors(problem, all, sampled_names(parameters, all, !traits.linear));
+  add_priors(problem, sampled_names(parameters, problem, !traits.linear));
   if (const double placed = as_given ? part_of_pose(source.points, observed) : 0; placed > kMostlyPose)
     problem.notes.push_back(
         fmt::format("{:.0f} % of the squared distances from the root are position, orientation and size of the shapes, "

@@ -8,10 +8,10 @@
 #include <fmt/core.h>
 
 #include "global_search.hpp"
-#include "model_parameters.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/registration.hpp"
+#include "registration_problem.hpp"
 
 namespace pulson::matching {
 namespace {
@@ -24,6 +24,14 @@ constexpr double kSettling = 1e-1;
 constexpr double kFall = 0.5;
 constexpr double kSameMinimum = 1e-6;  // costs
 
+// The places of the amplitudes among the numbers of the noise.
+std::vector<Eigen::Index> places_of_amplitudes(const MatchingProblem& problem) {
+  std::vector<Eigen::Index> places;
+  const auto d = static_cast<int>(problem.source.rows()), n = static_cast<int>(problem.source.cols());
+  for (const NoiseAmplitude& amplitude : problem.system.noise->amplitudes(d, n)) places.push_back(amplitude.parameter);
+  return places;
+}
+
 RegistrationProblem metamorphosis(const Landmarks& source, const Landmarks& target,
                                   const RegistrationOptions& options) {
   RegistrationProblem problem = make_problem(source, target, options);
@@ -31,7 +39,7 @@ RegistrationProblem metamorphosis(const Landmarks& source, const Landmarks& targ
     throw InputError(
         fmt::format("J(beta) is that of mode metamorphosis, and this is mode {}; take noise such as ch-sd:beta=100%",
                     mode_name(problem.mode)));
-  if (ModelParameters(problem, options).amplitudes().empty())
+  if (places_of_amplitudes(problem.matching).empty())
     throw InputError(
         fmt::format("J(beta) needs noise of which a number is declared as the amplitude; that of '{}' is not",
                     problem.matching.system.noise->spec()));
@@ -86,17 +94,18 @@ void require_homotopy(const Landmarks& source, const Landmarks& target, const Re
 std::vector<HomotopyStep> follow_homotopy(const Landmarks& source, const Landmarks& target,
                                           const RegistrationOptions& options, const Registration& registration) {
   const SerialBlas serial;
-  const ModelParameters models(metamorphosis(source, target, options), options);
-  const std::vector<Eigen::Index>& amplitudes = models.amplitudes();
+  const MatchingProblem problem = metamorphosis(source, target, options).matching;
+  const std::vector<Eigen::Index> amplitudes = places_of_amplitudes(problem);
   MinimiseOptions how = options.minimise;
   how.seed = options.seed;
   std::vector<Level> levels;
   for (int k = 0; k <= kHalvings; ++k) {
-    Eigen::VectorXd values = models.values();
-    for (const Eigen::Index i : amplitudes) values[i] *= std::exp2(-k);
-    const RegistrationProblem problem = make_problem(source, target, models.options(values));
-    PathSolution found = search_globally(problem.matching, how);
-    levels.push_back({values[amplitudes.front()], problem.matching, std::move(found)});
+    Eigen::VectorXd numbers = problem.system.noise->parameters();
+    for (const Eigen::Index i : amplitudes) numbers[i] *= std::exp2(-k);
+    MatchingProblem at = problem;
+    at.system.noise = problem.system.noise->with_parameters(numbers);
+    PathSolution found = search_globally(at, how);
+    levels.push_back({numbers[amplitudes.front()], std::move(at), std::move(found)});
   }
   keep_the_least(levels, how);
   std::vector<HomotopyStep> steps;

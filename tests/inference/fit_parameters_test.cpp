@@ -352,6 +352,12 @@ TEST(FitParameters, RefusesWhatItCannotFit) {
   EXPECT_THAT(small.error(options_of("ch-sd:beta=1+p-sd:beta=0.2", 0.05, 1), {"gamma"}),
               HasSubstr("valid: alpha, weight, beta, ch-sd.beta, p-sd.beta, data-sigma, lambda"));
   EXPECT_EQ(small.error(noisy, {"beta", "beta"}), "'beta' is to be fitted twice");
+  matching::RegistrationOptions covariant = noisy;
+  covariant.data.covariances.assign(3, 0.01 * MatrixXd::Identity(2, 2));
+  EXPECT_THAT(small.error(covariant, {"data-sigma"}), HasSubstr("sigma has no effect beside them"));
+  matching::RegistrationOptions frozen = noisy;
+  frozen.mode = matching::MatchingMode::kPathwise;
+  EXPECT_THAT(small.error(frozen, {"beta"}), HasSubstr("mode pathwise holds what it does; take mode map"));
   EXPECT_EQ(small.error(options_of("ch-sd:beta=1+p-sd:beta=0.2", 0.05, 1), {"beta", "p-sd.beta"}),
             "'p-sd.beta' is to be fitted twice");
   EXPECT_THAT(small.error(options_of("langevin:sigma=1,friction=0", 0.05, 1), {"friction"}),

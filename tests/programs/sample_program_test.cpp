@@ -175,7 +175,7 @@ TEST_F(SampleProgram, RanksTrueValuesInSimulations) {
 }
 
 TEST_F(SampleProgram, RefusesWhatCannotBeSampled) {
-  expect_refused("-o out --noise ch-sd:beta=1,on=fit", "'on' is not a positive parameter");
+  expect_refused("-o out --noise ch-sd:beta=1,on=fit", "'on' is not a parameter of these models");
   expect_refused("-o out --noise ch-sd:beta=1 --method nutz", "unknown sampler 'nutz'");
   expect_refused("-o out --noise ch-sd:beta=1 --chains 0", "--chains");
   expect_refused("-o out --noise ch-sd:beta=1 --momenta rough", "unknown prior of the momenta 'rough'");

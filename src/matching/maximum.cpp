@@ -190,6 +190,7 @@ NewtonMaximum maximise_by_newton(const ValueAt& value, const std::function<Secon
   for (int count = 0;; ++count) {
     best.about = model(best.x);
     VectorXd step = newton_step(best.about, best.x, box, options.longest_step);
+    if (!step.allFinite()) return best;  // nor is the model
     best.gain = 0.5 * best.about.gradient.dot(box.clipped(best.x + step) - best.x);
     best.converged = best.gain < options.tolerance;
     if (best.converged || count == options.most_steps) return best;

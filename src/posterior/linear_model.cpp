@@ -225,6 +225,15 @@ VectorXd LinearAt::transposed(const VectorXd& v) const {
   return z;
 }
 
+MatrixXd LinearAt::by_momenta() const {
+  const Index d = linear_->specimen_->problem().source.rows(), n = linear_->specimen_->problem().source.cols();
+  MatrixXd of_momenta(offset_.size(), linear_->by_velocity_.cols());
+  for (Index axis = 0; axis < d && of_momenta.cols() > 0; ++axis)
+    of_momenta(Eigen::all, Eigen::seqN(axis, n, d)) =
+        axis_columns(linear_->by_velocity_, axis, d) * root_->triangularView<Eigen::Lower>();
+  return scale_velocity_ * (scale_data_.asDiagonal() * of_momenta);
+}
+
 // By p0 = (K + ε)^{-½}z/√λ the root in Jᵀ is undone by that in J'.
 MatrixXd LinearAt::product(const Specimen::Slopes& slopes, const Specimen::Model& model) const {
   const Specimen& specimen = *linear_->specimen_;

@@ -65,6 +65,8 @@ class LinearAt {
 
   Eigen::VectorXd apply(const Eigen::VectorXd& z) const;       ///< Jz
   Eigen::VectorXd transposed(const Eigen::VectorXd& v) const;  ///< Jᵀv
+  /// The columns of J that are of momenta, n×dN.
+  Eigen::MatrixXd by_momenta() const;
   /// J'Jᵀ, J' of the slopes at another point, of the same models.
   Eigen::MatrixXd product(const Specimen::Slopes& slopes, const Specimen::Model& model) const;
   /// Jᵀ as ShotBatch needs it: the changes of p0 that J' of another point acts on, dN×n, and those of the unknowns of

@@ -22,13 +22,13 @@ struct MinimumOptions {
   /// Of the cost, nats: what a further step would still gain. An error of z by its root, 3e-3, changes the evidence by
   /// some 1e-4 nats.
   double tolerance = 1e-5;
-  int most_steps = 60;     ///< linear convergence takes less than ten, of paths that are strongly bent some tens
-  int most_halvings = 12;  ///< a step of 1/4096 that does not gain is one along which the cost rises
+  int most_steps = 60;       ///< linear convergence takes less than ten, of paths that are strongly bent some tens
+  int most_corrections = 3;  ///< of a step
 };
 
 /// Minima of several specimens of one source at one θ, each from the start of least cost, or from rest where none has a
-/// path: Gauss–Newton steps in the space of the data, continued by secants where the cost falls so, and else halved
-/// until it does. All advance together, in vector lanes where there are some.
+/// path: Levenberg and Marquardt's steps in the space of the data, continued by secants where the cost falls so. All
+/// advance together, in vector lanes where there are some.
 /// @param starts of each specimen
 /// @throws NumericalError where even landmarks at rest have no path
 std::vector<Minimum> find_minima(const std::vector<const Specimen*>& specimens, const Specimen::Model& model,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "damping.hpp"
 #include "quadratic_model.hpp"
 #include "solvers.hpp"
 
@@ -15,25 +16,7 @@ using Eigen::VectorXd;
 // Below this part of J its differences are round-off.
 constexpr double kRoundingOfCost = 1e-13;
 constexpr double kSmallestGain = 1e-4;
-constexpr double kFirstDamping = 1e-8;
-constexpr double kLeastDamping = 1e-14;
-constexpr double kMostDamping = 1e12;
 constexpr int kMaxCorrections = 3;
-// Nielsen's damping: μ shrinks smoothly with the gain of an accepted step, and grows ever faster while steps are
-// refused.
-struct Damping {
-  double mu = 0;
-  double growth = 2;
-  void accept(double gain) {
-    mu *= std::max(0.1, 1 - std::pow(2 * gain - 1, 3));
-    if (mu < kLeastDamping) mu = 0;
-    growth = 2;
-  }
-  void refuse() {
-    mu = mu > 0 ? mu * growth : kFirstDamping;
-    growth *= 2;
-  }
-};
 
 class NewtonSearch {
  public:
@@ -98,8 +81,8 @@ class NewtonSearch {
   bool advance() {
     bool out_of_bounds = false;
     const double cost = total(at());
-    for (; damping_.mu < kMostDamping; damping_.refuse()) {
-      model_->set_damping(damping_.mu);
+    for (; !damping_.is_exhausted(); damping_.refuse()) {
+      model_->set_damping(damping_.mu());
       const VectorXd& z = at().z;
       const VectorXd delta = model_->step(z);
       const VectorXd foreseen = linear_.residual + linear_.jacobian * delta;
@@ -111,7 +94,7 @@ class NewtonSearch {
       const double gain = trial ? (cost - total(*trial)) / predicted : -1;
       if (gain > kSmallestGain) {
         summary_.solution = std::move(*trial);
-        damping_.accept(std::min(gain, 1.0));
+        damping_.accept(gain);
         return true;
       }
     }

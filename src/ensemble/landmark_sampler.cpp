@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "integrators/schemes.hpp"
+#include "kernels/line_sums.hpp"
 #include "landmark_lanes.hpp"
 #include "own_kernels.hpp"
 #include "path_sampler.hpp"
@@ -113,6 +114,16 @@ namespace {
 // Beyond it the lanes' memory for each pair, 64 bytes and more, outgrows the caches, and shapes are their own vectors.
 constexpr Eigen::Index kMostLandmarks = 1000;
 
+// From so many on, sweeps along a line cost one path less than sums over pairs cost a lane: with additive noise peakon
+// and matern32 by heun and variational cross between 200 and 400 landmarks (docs/benchmarks.md).
+constexpr Eigen::Index kFewestInSweeps = 300;
+
+// Whether all that a step needs is O(N) for one path at a time.
+bool are_swept(const StochasticSystem& system, const PhaseState& start) {
+  return start.q.rows() == 1 && start.q.cols() >= kFewestInSweeps && system.noise->traits().additive &&
+         has_line_sums(system.kernel.terms());
+}
+
 void advance(const LandmarkModel& model, LandmarkBatch& batch, std::uint32_t first, std::uint32_t last) {
   advance_landmarks(model, batch, first, last);
 }
@@ -164,7 +175,7 @@ class LandmarkSampler final : public PathSampler {
 
 std::unique_ptr<const PathSampler> make_landmark_sampler(const StochasticSystem& system, const std::string& integrator,
                                                          const PhaseState& start, const PathPlan& plan) {
-  if (start.q.cols() > kMostLandmarks || has_own(system.kernel.terms())) return nullptr;
+  if (start.q.cols() > kMostLandmarks || has_own(system.kernel.terms()) || are_swept(system, start)) return nullptr;
   const auto dimension = static_cast<int>(start.q.rows()), count = static_cast<int>(start.q.cols());
   const NoiseTraits traits = system.noise->traits();
   const bool is_variational = integrator == "variational" || integrator == "variational-paper";

@@ -229,6 +229,21 @@ TEST(StepLanes, AreTakenWhereTheyKnowTheNoise) {
   EXPECT_THROW(Setting("gaussian:alpha=1", "langevin:sigma=1", "heun", shape), InputError);
 }
 
+// Sums of such kernels over landmarks of a line are sweeps for one path, and pairs in lanes.
+TEST(StepLanes, AreNotTakenOnLinesOfManyLandmarks) {
+  const auto sampler_of = [&](const std::string& kernel, const std::string& noise, int dimension, int count) {
+    const Landmarks shape = cloud(dimension, count);
+    const StochasticSystem system{make_kernel(kernel, {}), make_noise(noise, shape)};
+    return make_path_sampler(system, "heun", {shape.points, shape.points}, {.grid = {1, 10}, .records = {10}})->name();
+  };
+  EXPECT_EQ(sampler_of("matern32:alpha=1", "ch-sd:beta=1", 1, 299), "landmark lanes");
+  EXPECT_EQ(sampler_of("matern32:alpha=1", "ch-sd:beta=1", 1, 300), "one path at a time");
+  EXPECT_EQ(sampler_of("peakon:alpha=1", "ch-sd:beta=1", 1, 300), "one path at a time");
+  EXPECT_EQ(sampler_of("gaussian:alpha=1", "ch-sd:beta=1", 1, 300), "landmark lanes");
+  EXPECT_EQ(sampler_of("matern32:alpha=1", "ch-sd:beta=1", 2, 300), "landmark lanes");
+  EXPECT_EQ(sampler_of("matern32:alpha=1", "kunita:beta=1,width=1", 1, 300), "landmark lanes");
+}
+
 }  // namespace
 }  // namespace step_lanes_test
 }  // namespace pulson::ensemble

@@ -62,20 +62,23 @@ int run_comparison(const CompareArguments& arguments, const compare::CohortShape
   const double start = seconds_now();
   Progress progress;
   const std::vector<NoiseChoice> noises = arguments.candidates();
-  double part = 0;
-  std::string name;
+  std::size_t begun = 0;
   int matches = 0;
   std::mutex turn;
+  const auto show = [&] {
+    progress.show((static_cast<double>(begun) - 1) / static_cast<double>(noises.size()),
+                  fmt::format("model {}/{}: {} matches of {} shapes", begun, noises.size(), matches,
+                              shapes.targets.size()));
+  };
   options.settings.on_match = [&] {
     const std::lock_guard lock(turn);
-    progress.show(part, fmt::format("{}: {} matches of {} shapes", name, ++matches, shapes.targets.size()));
+    ++matches;
+    show();
   };
   options.on_model = [&](int model, const std::string& noise) {
     const std::lock_guard lock(turn);
-    part = static_cast<double>(model) / static_cast<double>(noises.size());
-    name = noise;
-    matches = 0;
-    progress.show(part, noise);
+    ++begun;
+    show();
     log_step(fmt::format("model {} of {}: {}", model + 1, noises.size(), noise));
   };
   arguments.output.check(kComparisonFiles, kComparisonPictures);

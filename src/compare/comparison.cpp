@@ -285,6 +285,33 @@ void test_against_none(Comparison& comparison, const std::vector<NoiseChoice>& n
   }
 }
 
+// @param failure a note where there is no prediction
+ComparedModel compared_model(const Comparison& comparison, const CohortShapes& shapes, const KernelBasis& basis,
+                             const NoiseChoice& noise, const CompareOptions& options, const CohortFit* none,
+                             std::string& failure) {
+  const auto start = std::chrono::steady_clock::now();
+  const Points& source = comparison.cohort.source.points;
+  ComparedModel model;
+  model.noise = noise.spec();
+  model.fit = fit_cohort(comparison.cohort, noise, options.settings, none);
+  sum_up(model, model.fit.sigma);
+  const MatrixXd samples =
+      aligned_samples(comparison.cohort, shape_problem(comparison.cohort, model.fit, options.settings, 0),
+                      options.forward_samples, options.settings.seed);
+  model.lost_samples = options.forward_samples - static_cast<int>(samples.cols());
+  model.spectrum = spectrum_of(basis, source, samples).first;
+  model.noise_displacement = noise_displacement(model.fit, source.cols());
+  measure_maps(comparison.cohort, options, model);
+  if (options.maps) model.paths = least_cost_paths(comparison.cohort, model.fit, options.settings);
+  if (options.folds > 1 && shapes.targets.size() > 1) try {
+      model.prediction = cross_validated(shapes, noise, options, model.fit);
+    } catch (const NumericalError& error) {
+      failure = fmt::format("{}: no prediction: {}", model.noise, error.what());
+    }
+  model.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return model;
+}
+
 // The best model, and the others where it does not explain the shapes.
 void check_models(Comparison& comparison, const CohortShapes& shapes) {
   const auto check = [&](ComparedModel& model) {
@@ -350,31 +377,25 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
   comparison.eigenvalues = basis.eigenvalues;
   std::tie(comparison.observed, comparison.observed_error) =
       spectrum_of(basis, source, complete_targets(comparison.cohort));
-  std::optional<CohortFit> none;
-  for (const NoiseChoice& noise : noises) {
-    if (options.on_model) options.on_model(static_cast<int>(comparison.models.size()), noise.spec());
-    const auto start = std::chrono::steady_clock::now();
-    ComparedModel model;
-    model.noise = noise.spec();
-    model.fit = fit_cohort(comparison.cohort, noise, same.settings, none ? &*none : nullptr);
-    if (noise.spec() == "none") none = model.fit;
-    sum_up(model, model.fit.sigma);
-    const MatrixXd samples =
-        aligned_samples(comparison.cohort, shape_problem(comparison.cohort, model.fit, same.settings, 0),
-                        options.forward_samples, same.settings.seed);
-    model.lost_samples = options.forward_samples - static_cast<int>(samples.cols());
-    model.spectrum = spectrum_of(basis, source, samples).first;
-    model.noise_displacement = noise_displacement(model.fit, source.cols());
-    measure_maps(comparison.cohort, same, model);
-    if (options.maps) model.paths = least_cost_paths(comparison.cohort, model.fit, same.settings);
-    if (options.folds > 1 && shapes.targets.size() > 1) try {
-        model.prediction = cross_validated(shapes, noise, same, model.fit);
-      } catch (const NumericalError& error) {
-        comparison.notes.push_back(fmt::format("{}: no prediction: {}", model.noise, error.what()));
-      }
-    model.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    comparison.models.push_back(std::move(model));
+  const auto is_none = [](const NoiseChoice& noise) { return noise.spec() == "none"; };
+  const auto first_none = std::find_if(noises.begin(), noises.end(), is_none) - noises.begin();
+  comparison.models.resize(noises.size());
+  std::vector<std::string> failures(noises.size());
+  const CohortFit* none = nullptr;
+  const auto fit = [&](std::size_t m) {
+    if (options.on_model) options.on_model(static_cast<int>(m), noises[m].spec());
+    comparison.models[m] = compared_model(comparison, shapes, basis, noises[m], same, none, failures[m]);
+  };
+  // Without noise first, as the others begin there, too.
+  if (first_none < std::ssize(noises)) {
+    fit(static_cast<std::size_t>(first_none));
+    none = &comparison.models[static_cast<std::size_t>(first_none)].fit;
   }
+  parallel_for(static_cast<int>(noises.size()), [&](int m) {
+    if (m != first_none) fit(static_cast<std::size_t>(m));
+  });
+  for (const std::string& failure : failures)
+    if (!failure.empty()) comparison.notes.push_back(failure);
   const bool sampled = options.sampled_evidence && with_sampled_evidence(comparison);
   if (!sampled && take_the_same_evidence(comparison.models)) same.settings.importance_samples = 0;
   take_the_limit_of_steps(comparison, noises);

@@ -182,14 +182,17 @@ SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<Noise
   const double middle = std::sqrt(places[0] * places[places.size() - 1]);
   std::vector<double> sigmas(places.begin(), places.end());
   std::vector<std::optional<Walk>> walks(noises.size());
-  for (std::size_t m = 0; m < noises.size(); ++m) try {
-      const ComparedModel& model = comparison.models[m];
-      if (!std::isfinite(model.score)) continue;
+  parallel_for(static_cast<int>(noises.size()), [&](int i) {
+    const std::size_t m = at(i);
+    const ComparedModel& model = comparison.models[m];
+    if (!std::isfinite(model.score)) return;
+    try {
       walks[m].emplace(comparison, noises[m], model, middle);
       walks[m]->visit_all(places);
     } catch (const NumericalError&) {
       walks[m].reset();  // it has no evidence
     }
+  });
   const Limit limit = limit_of(comparison, noises);
   SigmaProfile profile = profile_at(sigmas, comparison, walks, limit);
   const auto changes_above = [&](Index k) {
@@ -202,8 +205,9 @@ SigmaProfile profile_sigma(const Comparison& comparison, const std::vector<Noise
       continue;
     }
     const double sigma = std::sqrt(profile.sigma[k] * profile.sigma[k + 1]);
-    for (std::optional<Walk>& walk : walks)
-      if (walk) walk->visit(sigma);
+    parallel_for(static_cast<int>(walks.size()), [&](int m) {
+      if (walks[at(m)]) walks[at(m)]->visit(sigma);
+    });
     sigmas.insert(sigmas.begin() + k + 1, sigma);
     profile = profile_at(sigmas, comparison, walks, limit);
     k = 0;  // what is found there may be better elsewhere

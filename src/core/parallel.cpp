@@ -5,6 +5,7 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <utility>
 
 #include <cblas.h>
 #include <oneapi/tbb/blocked_range.h>
@@ -70,7 +71,7 @@ SerialBlas::~SerialBlas() {
 
 void parallel_for(int count, const std::function<void(int)>& task) {
   const SerialBlas serial;
-  const int threads = inside_task ? 1 : thread_count();
+  const int threads = thread_count();
   const auto run = [&](int i) {
     StepWatch::before_step();
     task(i);
@@ -81,21 +82,27 @@ void parallel_for(int count, const std::function<void(int)>& task) {
   }
   std::atomic<bool> failed = false;
   std::exception_ptr first;  // of them; the others are ended by it
-  arena_of(threads)->execute([&] {
+  const auto share_out = [&] {
     oneapi::tbb::parallel_for(
         oneapi::tbb::blocked_range<int>(0, count, 1),
         [&](const oneapi::tbb::blocked_range<int>& range) {
-          inside_task = true;
+          const bool was_inside = std::exchange(inside_task, true);
           try {
             const StepWatch::OfTask watch(failed);
             for (int i = range.begin(); i < range.end(); ++i) run(i);
           } catch (...) {
             if (!failed.exchange(true)) first = std::current_exception();
           }
-          inside_task = false;
+          inside_task = was_inside;
         },
         oneapi::tbb::simple_partitioner());
-  });
+  };
+  // Isolated, as a task that waits for its own must not take up another beside itself: that would find this one's
+  // memory of the thread in use.
+  if (inside_task)
+    oneapi::tbb::this_task_arena::isolate(share_out);
+  else
+    arena_of(threads)->execute(share_out);
   if (first) std::rethrow_exception(first);
 }
 

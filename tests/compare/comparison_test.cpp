@@ -12,6 +12,7 @@
 #include "cohort_examples.hpp"
 #include "error_of.hpp"
 #include "open_noise.hpp"
+#include "pulson/core/parallel.hpp"
 #include "sampled.hpp"
 
 namespace pulson::compare {
@@ -108,7 +109,7 @@ TEST(CompareModels, TheRightModelHasTheSpectrumThatIsSeenAndForetells) {
   std::vector<std::string> calls;
   options.on_model = [&](int model, const std::string& noise) { calls.push_back(std::to_string(model) + noise); };
   const Comparison comparison = compare_models(shapes, {"ch-sd", "none"}, options);
-  EXPECT_THAT(calls, testing::ElementsAre("0ch-sd", "1none"));
+  EXPECT_THAT(calls, testing::ElementsAre("1none", "0ch-sd"));
   EXPECT_EQ(comparison.best, 0U);
   const ComparedModel& right = comparison.models.front();
   for (Eigen::Index i = 0; i < 8; ++i) {
@@ -123,6 +124,30 @@ TEST(CompareModels, TheRightModelHasTheSpectrumThatIsSeenAndForetells) {
   EXPECT_LT(right.prediction->energy_score, comparison.models[1].prediction->energy_score);
   EXPECT_TRUE(std::isnan(right.folded_fraction.value));
   EXPECT_EQ(right.lost_samples, 0);
+}
+
+// Models begin at that without noise, wherever it is named, and are fitted at the same time.
+TEST(CompareModels, NeitherOrderNorThreadsChangeANumber) {
+  CompareOptions options = quick();
+  options.folds = 3;
+  const Landmarks source = oval(6);
+  const CohortShapes shapes{source, drawn_shapes(source, "ch-sd:beta=0.06", 50, options.settings, 8, 3)};
+  set_thread_count(1);
+  const Comparison one = compare_models(shapes, {"none", "ch-sd", "trouve-vialard"}, options);
+  set_thread_count(3);
+  const Comparison three = compare_models(shapes, {"trouve-vialard", "ch-sd", "none"}, options);
+  set_thread_count(0);
+  ASSERT_EQ(three.models.size(), 3U);
+  for (std::size_t m = 0; m < 3; ++m) {
+    const ComparedModel& model = one.models[m];
+    const ComparedModel& same = three.models[2 - m];
+    EXPECT_EQ(model.noise, same.noise);
+    EXPECT_EQ(model.score, same.score);
+    EXPECT_EQ(model.fit.lambda, same.fit.lambda);
+    EXPECT_EQ(model.prediction->energy_score, same.prediction->energy_score);
+  }
+  ASSERT_TRUE(one.profile && three.profile);
+  EXPECT_EQ(one.profile->scores, three.profile->scores.rowwise().reverse());
 }
 
 TEST(CompareModels, OneTargetHasNoPredictionAndNoErrors) {

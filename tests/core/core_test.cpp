@@ -1,13 +1,16 @@
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
 
 #include "error_of.hpp"
 #include "pulson/core/landmarks.hpp"
@@ -293,6 +296,31 @@ TEST_P(ParallelFor, MayBeNested) {
   for (const auto& n : runs) EXPECT_EQ(n, 1);
 }
 
+TEST_P(ParallelFor, UsesIdleThreadsFromInsideATask) {
+  if (GetParam() < 2 || thread_count() < 2) GTEST_SKIP() << "there is one thread";
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  std::atomic<int> begun{0};
+  parallel_for(2, [&](int outer) {
+    if (outer == 0) return;
+    parallel_for(2, [&](int) {
+      ++begun;
+      while (begun < 2 && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+      EXPECT_EQ(begun, 2);
+    });
+  });
+}
+
+TEST_P(ParallelFor, RethrowsFromInsideATask) {
+  const auto run = [] {
+    parallel_for(4, [](int outer) {
+      parallel_for(10, [outer](int i) {
+        if (outer == 2 && i == 7) throw std::runtime_error("task 7 of 2");
+      });
+    });
+  };
+  EXPECT_THROW(run(), std::runtime_error);
+}
+
 TEST_P(ParallelFor, RethrowsAndCanBeUsedAgain) {
   const auto run = [] {
     parallel_for(100, [](int i) {
@@ -319,6 +347,28 @@ TEST_P(ParallelFor, GivesTheSameBitsForAnyNumberOfThreads) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, ParallelFor, testing::Values(1, 2, 3));
+
+// A thread that waits for the tasks of its task takes up no other task beside it. (Of two threads neither would.)
+TEST(NestedTasks, AreNotMixed) {
+  using oneapi::tbb::global_control;
+  const global_control more(global_control::max_allowed_parallelism, 6);
+  set_thread_count(6);
+  static thread_local bool is_busy = false;
+  std::atomic<int> mixed{0};
+  const auto work = [](int amount) {
+    volatile double sum = 0;
+    for (int j = 0; j < 1000 * amount; ++j) sum = sum + j;
+  };
+  for (int turn = 0; turn < 400; ++turn)
+    parallel_for(20, [&](int outer) {
+      if (is_busy) ++mixed;
+      is_busy = true;
+      parallel_for(5, [&](int i) { work((outer + turn) * i % 11); });
+      is_busy = false;
+    });
+  set_thread_count(0);
+  EXPECT_EQ(mixed, 0);
+}
 
 TEST(ThreadCount, IsTheRequestedOneButNoMoreThanCores) {
   const int cores = thread_count();

@@ -151,7 +151,7 @@ TEST_F(TerminalProgram, CountsTheMatchesOfAModelOfCompare) {
       words("compare shapes.csv -o out --sigma 0.01 --steps 20 --noise none --noise ch-sd:beta=fit --no-picture"), {},
       " matches of ");
   EXPECT_EQ(WTERMSIG(shown.status), SIGINT);
-  EXPECT_THAT(shown.text, testing::ContainsRegex("none: [0-9]+ matches of 300 shapes"));
+  EXPECT_THAT(shown.text, testing::ContainsRegex("model 1/2: [0-9]+ matches of 300 shapes"));
   EXPECT_THAT(shown.text, EndsWith(kErase));
 }
 

@@ -77,7 +77,7 @@ struct CompareOptions {
   /// Whether the best model is checked by the cohorts that it draws, the others where it fails, and the verdict over σ,
   /// and how often each model would be recognised; of four shapes or more.
   bool checks = true;
-  /// Called before each model is fitted, for progress.
+  /// Called before each model is fitted, for progress, from the thread that fits it: several are fitted at a time.
   std::function<void(int model, const std::string& noise)> on_model{};
 };
 

@@ -11,7 +11,8 @@ int thread_count();
 
 /// Runs task(0) … task(count−1), each once, on up to thread_count() threads, and returns when all are done. Tasks are
 /// independent pieces of a fixed partition, so a result that each task writes to its own location has the same bits for
-/// any number of threads. Called from inside a task it runs serially. The first exception of a task is rethrown.
+/// any number of threads. Called from inside a task it uses the threads that have no task, too; while it waits, its
+/// thread takes no others than its own. The first exception of a task is rethrown.
 void parallel_for(int count, const std::function<void(int)>& task);
 
 /// While one lives, BLAS computes on the thread that calls it: threads are pulson's to share out, and products of

@@ -66,9 +66,9 @@ int run_comparison(const CompareArguments& arguments, const compare::CohortShape
   int matches = 0;
   std::mutex turn;
   const auto show = [&] {
-    progress.show((static_cast<double>(begun) - 1) / static_cast<double>(noises.size()),
-                  fmt::format("model {}/{}: {} matches of {} shapes", begun, noises.size(), matches,
-                              shapes.targets.size()));
+    progress.show(
+        (static_cast<double>(begun) - 1) / static_cast<double>(noises.size()),
+        fmt::format("model {}/{}: {} matches of {} shapes", begun, noises.size(), matches, shapes.targets.size()));
   };
   options.settings.on_match = [&] {
     const std::lock_guard lock(turn);

@@ -112,12 +112,6 @@ void CohortModel::find_units() {
     } catch (const InputError& error) {
       throw InputError(fmt::format("{}: {}", cohort_.targets[at(s)].source, error.what()));
     }
-  if (cohort_.about_own_mean) {
-    matching::MatchingProblem whole = problem(numbers, 0);
-    whole.data = std::make_shared<matching::LandmarkTerm>(
-        matching::LandmarkObservations{source, sigma_ * numbers.sigma, {}, {}});
-    own_mean_ = std::make_shared<OwnMean>(specimens_, Specimen(std::move(whole)));
-  }
   VectorXd theta = noise_.model->parameters();
   Specimen::Model model = specimens_.front().model(numbers);
   const double size = difference(specimens_, model, sigma_);
@@ -129,6 +123,13 @@ void CohortModel::find_units() {
   if (theta.size() > 0) numbers.noise = noise_.model->with_parameters(theta);
   model = specimens_.front().model(numbers);
   const Specimen& first = specimens_.front();
+  size_exponent_ = std::make_shared<posterior::SizeExponent>(first, model);
+  if (cohort_.about_own_mean) {
+    matching::MatchingProblem whole = problem(numbers, 0);
+    whole.data = std::make_shared<matching::LandmarkTerm>(
+        matching::LandmarkObservations{source, sigma_ * numbers.sigma, {}, {}});
+    own_mean_ = std::make_shared<OwnMean>(specimens_, posterior::RestModel(Specimen(std::move(whole)), model));
+  }
   const auto shot = first.shoot(model, VectorXd::Zero(first.unknowns()));
   if (!shot)
     throw NumericalError(
@@ -293,7 +294,7 @@ Matches CohortModel::match_with(const Starts& starts_of, const VectorXd& x, Effo
   const posterior::MinimumOptions options = effort == Effort::kRough ? kRoughly : posterior::MinimumOptions{};
   const posterior::Numbers numbers = this->numbers(x);
   Matches matches{x, specimens_.front().model(numbers), std::vector<Minimum>(specimens_.size()), {}, 0};
-  matches.model.size_exponent = specimens_.front().size_exponent(matches.model);
+  matches.model.size_exponent = size_exponent_->at(matches.model);
   if (own_mean_) matches.at_rest = own_mean_->at_rest(matches.model);
   const Index at_once = posterior::ShotBatch(specimens_.front(), matches.model).at_once();
   parallel_for(static_cast<int>((shapes() + at_once - 1) / at_once), [&](int group) {

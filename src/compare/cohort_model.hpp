@@ -9,6 +9,7 @@
 #include "open_noise.hpp"
 #include "own_mean.hpp"
 #include "posterior/minimum.hpp"
+#include "posterior/size_exponent.hpp"
 #include "pulson/compare/cohort_fit.hpp"
 
 namespace pulson::compare {
@@ -130,6 +131,7 @@ class CohortModel {
   OpenNoise noise_;
   std::vector<ModelNumber> open_;
   std::vector<posterior::Specimen> specimens_;
+  std::shared_ptr<const posterior::SizeExponent> size_exponent_;
   std::shared_ptr<const OwnMean> own_mean_;  // null where the source is given
   Box box_;
   Eigen::VectorXd start_;

@@ -22,9 +22,10 @@ constexpr double kUndetermined = 1e-9;
 
 }  // namespace
 
-OwnMean::OwnMean(const std::vector<Specimen>& specimens, Specimen whole) : whole_(std::move(whole)) {
-  const double sigma = whole_.problem().sigma;
-  MatrixXd precision = MatrixXd::Zero(whole_.data(), whole_.data());
+OwnMean::OwnMean(const std::vector<Specimen>& specimens, posterior::RestModel whole) : whole_(std::move(whole)) {
+  const double sigma = whole_.specimen().problem().sigma;
+  const Index count = whole_.specimen().data();
+  MatrixXd precision = MatrixXd::Zero(count, count);
   for (const Specimen& specimen : specimens) {
     MatrixXd observed = sigma * specimen.source_projection();
     precision += observed.transpose() * observed;
@@ -55,7 +56,7 @@ double OwnMean::log_factor(const LinearModel& at_rest, const Specimen::Model& mo
   }
   const Eigen::LLT<MatrixXd> factors(precision);
   const auto determined = static_cast<double>(basis_.cols());
-  return determined * (0.5 * std::log(2 * std::numbers::pi) + std::log(whole_.problem().sigma)) -
+  return determined * (0.5 * std::log(2 * std::numbers::pi) + std::log(whole_.specimen().problem().sigma)) -
          factors.matrixLLT().diagonal().array().log().sum();
 }
 

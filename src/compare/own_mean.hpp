@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "posterior/linear_model.hpp"
+#include "posterior/rest_model.hpp"
 
 namespace pulson::compare {
 
@@ -19,11 +19,11 @@ class OwnMean {
  public:
   /// @param whole a specimen at the source with all coordinates observed, of the σ of the specimens' data, without a
   /// pose
-  OwnMean(const std::vector<posterior::Specimen>& specimens, posterior::Specimen whole);
+  OwnMean(const std::vector<posterior::Specimen>& specimens, posterior::RestModel whole);
 
   /// The model linear at rest. @throws NumericalError where the noise leaves rest no path
   std::shared_ptr<const posterior::LinearModel> at_rest(const posterior::Specimen::Model& model) const {
-    return posterior::linear_at_rest(whole_, model);
+    return whole_.at(model);
   }
 
   /// The logarithm of that factor at other numbers.
@@ -35,7 +35,7 @@ class OwnMean {
     int shapes = 0;
   };
 
-  posterior::Specimen whole_;
+  posterior::RestModel whole_;
   std::vector<Alike> groups_;  ///< of shapes that lack the same
   Eigen::MatrixXd basis_;      ///< B
 };

@@ -66,14 +66,7 @@ LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model,
   branches_ = std::move(slopes.branches);
   const MatrixXd momenta =
       slopes.momenta.size() > 0 ? MatrixXd(branches_.front().by_end * slopes.momenta) : MatrixXd(specimen.data(), 0);
-  by_velocity_.resize(momenta.rows(), momenta.cols());
-  for (Index axis = 0; axis < d && by_velocity_.cols() > 0; ++axis) {
-    MatrixXd rows = axis_columns(momenta, axis, d).transpose();
-    root_->triangularView<Eigen::Lower>().solveInPlace(rows);
-    root_->transpose().triangularView<Eigen::Upper>().solveInPlace(rows);
-    by_velocity_(Eigen::all, Eigen::seqN(axis, n, d)) = MatrixXd(rows.transpose());
-  }
-  momentum_gram_ = gram_through(by_velocity_, *root_, d);
+  take_velocities(momenta);
   offset_ = residual.cwiseProduct(specimen.units(model));
   if (momenta.cols() > 0) offset_ -= momenta * start_.p.reshaped();
   for (std::size_t b = 0; b < branches_.size(); ++b) {
@@ -109,6 +102,24 @@ LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model,
           .block(place.first_datum, place.first_datum, place.data, place.data)
           .noalias() += branches_[b].by_end * of_end * branches_[b].by_end.transpose();
     }
+}
+
+LinearModel::LinearModel(const LinearModel& rest, const Specimen::Model& model, const MatrixXd& by_momenta)
+    : LinearModel(rest) {
+  root_ = model.root;
+  take_velocities(branches_.front().by_end * by_momenta);
+}
+
+void LinearModel::take_velocities(const MatrixXd& by_momenta) {
+  const Index d = start_.q.rows(), n = start_.q.cols();
+  by_velocity_.resize(by_momenta.rows(), by_momenta.cols());
+  for (Index axis = 0; axis < d && by_velocity_.cols() > 0; ++axis) {
+    MatrixXd rows = axis_columns(by_momenta, axis, d).transpose();
+    root_->triangularView<Eigen::Lower>().solveInPlace(rows);
+    root_->transpose().triangularView<Eigen::Upper>().solveInPlace(rows);
+    by_velocity_(Eigen::all, Eigen::seqN(axis, n, d)) = MatrixXd(rows.transpose());
+  }
+  momentum_gram_ = gram_through(by_velocity_, *root_, d);
 }
 
 VectorXd LinearModel::strengths(const NoiseModel& noise) const {

@@ -24,6 +24,9 @@ class LinearModel {
   /// @param slopes, residual of the path of `z`
   LinearModel(const Specimen& specimen, const Specimen::Model& model, Specimen::Slopes slopes,
               const Eigen::VectorXd& residual, const Eigen::VectorXd& z);
+  /// About a path with other derivatives by its momenta: that of rest with another kernel.
+  /// @param by_momenta ∂q(T)/∂p0, dN×dN, of the model
+  LinearModel(const LinearModel& rest, const Specimen::Model& model, const Eigen::MatrixXd& by_momenta);
 
   /// The covariance of the data at another θ, at the σ of the data: U² + G_v(K + ε)G_vᵀ/λ + Σ_i ρ_i² G_i G_iᵀ, U the
   /// units of the Specimen.
@@ -34,6 +37,7 @@ class LinearModel {
 
  private:
   friend class LinearAt;
+  void take_velocities(const Eigen::MatrixXd& by_momenta);      ///< ∂(r, r_B)/∂p0, at the σ of the data, n×dN
   Eigen::VectorXd group_ratios(const NoiseModel& noise) const;  ///< of each group, ρ²
   Eigen::VectorXd strengths(const NoiseModel& noise) const;     ///< of each channel
 

@@ -95,8 +95,8 @@ class Specimen {
   double log_likelihood(const Model& model, const Eigen::VectorXd& residual) const;
   /// What r and r_B are divided by, in units of the σ of the data: θ's σ, and 1/√k.
   Eigen::VectorXd units(const Model& model) const;
-  /// e of the models at one θ; 0 without r_B, or where there is no path. Each of three paths is linearised.
-  double size_exponent(const Model& model) const;
+  /// The same source with all data there and the same pose.
+  Specimen at_source() const;
   /// ½|r_B|² less that where B is 1. @param residual r and r_B
   double size_excess(const Model& model, const Eigen::VectorXd& residual) const;
 
@@ -132,7 +132,7 @@ class Specimen {
   OfSize of_size(const Model& model) const;
   Eigen::VectorXd centre_of_size(const Model& model) const;  ///< c·1
   double half_square_at_one(const Model& model) const;       ///< ½|r_B|² where B is 1
-  double size_exponent_at_source(const Model& model) const;
+  friend class SizeExponent;
   /// Its derivative by the positions at the end.
   Eigen::MatrixXd by_end(std::size_t branch) const;
   /// A derivative by the momenta as one by z.

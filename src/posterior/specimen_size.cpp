@@ -9,9 +9,10 @@
 #include <Eigen/Cholesky>
 
 #include "linear_model.hpp"
+#include "pulson/core/errors.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "shot_batch.hpp"
-#include "specimen.hpp"
+#include "size_exponent.hpp"
 
 namespace pulson::posterior {
 
@@ -58,51 +59,60 @@ double Specimen::log_likelihood(const Model& model, const VectorXd& residual) co
   return size_excess(model, residual) - 0.5 * residual.squaredNorm() - log_volume(model);
 }
 
-// Of data at the source, so that the paths fit them.
-double Specimen::size_exponent(const Model& model) const {
-  if (sizes_ == 0) return 0;
+Specimen Specimen::at_source() const {
   matching::MatchingProblem problem = problem_;
   problem.data =
       std::make_shared<matching::LandmarkTerm>(matching::LandmarkObservations{problem.source, problem.sigma, {}, {}});
-  const Specimen at_source(std::move(problem), pose_kind_);
-  return at_source.size_exponent_at_source(model) * static_cast<double>(coordinates()) /
-         static_cast<double>(at_source.coordinates());
+  return Specimen(std::move(problem), pose_kind_);
+}
+
+SizeExponent::SizeExponent(const Specimen& specimen, const Specimen::Model& model)
+    : coordinates_(specimen.coordinates()) {
+  if (specimen.sizes_ > 0) at_rest_.emplace(specimen.at_source(), model);
 }
 
 // By the models linear about two paths on which the shape is that of the source and its size is not.
-double Specimen::size_exponent_at_source(const Model& model) const {
+double SizeExponent::at(const Specimen::Model& of_specimen) const {
   constexpr double kAside = 0.02;  // of the size
-  const ShotBatch shots(*this, model);
-  const Index m = coordinates();
-  const VectorXd units = this->units(model), one = unit_size(sizes_), rest = VectorXd::Zero(unknowns());
-  const VectorXd at_rest = residual(model, problem_.source.reshaped());
-  std::vector<Slopes> slopes = shots.slopes(rest);
-  if (slopes.front().branches.empty()) return 0;
-  const LinearModel about_rest(*this, model, std::move(slopes.front()), at_rest, rest);
-  const LinearAt linear(about_rest, model);
+  if (!at_rest_) return 0;
+  Specimen::Model model = of_specimen;
+  model.size_exponent = 0;
+  const Specimen& specimen = at_rest_->specimen();
+  const ShotBatch shots(specimen, model);
+  const Index m = specimen.coordinates();
+  const VectorXd units = specimen.units(model), one = unit_size(specimen.sizes_);
+  std::shared_ptr<const LinearModel> about_rest;
+  try {
+    about_rest = at_rest_->at(model);
+  } catch (const NumericalError&) {
+    return 0;
+  }
+  const LinearAt linear(*about_rest, model);
   // z of least norm and misfit for a size: of S without the error of r_B.
   MatrixXd covariance = linear.gram();
   covariance.diagonal().head(m).array() += 1;
-  VectorXd wanted = VectorXd::Zero(count_);
-  wanted.tail(sizes_) = kAside * one.cwiseQuotient(units.tail(sizes_));
+  VectorXd wanted = VectorXd::Zero(specimen.data());
+  wanted.tail(specimen.sizes_) = kAside * one.cwiseQuotient(units.tail(specimen.sizes_));
   const VectorXd along = linear.transposed(covariance.ldlt().solve(wanted));
-  MatrixXd z(unknowns(), 2);
+  MatrixXd z(specimen.unknowns(), 2);
   z << -along, along;
   const ShotBatch::Ends ends = shots.ends(z);
-  slopes = shots.slopes(z);
+  std::vector<Specimen::Slopes> slopes = shots.slopes(z);
   double change = 0, size = 0;
   for (const Index l : {0, 1}) {
-    Slopes& of_path = slopes[static_cast<std::size_t>(l)];
+    Specimen::Slopes& of_path = slopes[static_cast<std::size_t>(l)];
     if (!ends.found[static_cast<std::size_t>(l)] || of_path.branches.empty()) return 0;
-    const VectorXd residual = this->residual(model, ends.positions.col(l));
-    const LinearModel there(*this, model, std::move(of_path), residual, z.col(l));
+    const VectorXd residual = specimen.residual(model, ends.positions.col(l));
+    const LinearModel there(specimen, model, std::move(of_path), residual, z.col(l));
     const MatrixXd of_data = LinearAt(there, model).gram().topLeftCorner(m, m) + MatrixXd::Identity(m, m);
     const double sign = l == 0 ? -1 : 1;
     change += sign * Eigen::LLT<MatrixXd>(of_data).matrixLLT().diagonal().array().log().sum();
-    size += sign * residual.tail(sizes_).cwiseProduct(units.tail(sizes_)).dot(one) / one.squaredNorm();
+    size +=
+        sign * residual.tail(specimen.sizes_).cwiseProduct(units.tail(specimen.sizes_)).dot(one) / one.squaredNorm();
   }
   // No more than of a size that changes all data as it does the shape: where paths are bent the slope says nothing.
-  return std::clamp(-change / size, -static_cast<double>(m), static_cast<double>(m));
+  const double exponent = std::clamp(-change / size, -static_cast<double>(m), static_cast<double>(m));
+  return exponent * static_cast<double>(coordinates_) / static_cast<double>(m);
 }
 
 }  // namespace pulson::posterior

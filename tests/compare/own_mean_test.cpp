@@ -83,11 +83,11 @@ TEST(OwnMean, IsTheLimitOfAWidePriorOfTheMean) {
     fit.lambda = *settings.lambda;
     std::vector<Specimen> specimens;
     for (int s = 0; s < 4; ++s) specimens.emplace_back(shape_problem(cohort, fit, settings, s), alignment);
-    const OwnMean mean(specimens, Specimen(shape_problem({source, {source}}, fit, settings, 0)));
     const Specimen& first = specimens.front();
     const posterior::Numbers numbers{std::make_shared<KernelOperator>(first.problem().system.kernel),
                                      first.problem().system.noise, 2e8, 1.3};
     const Specimen::Model model = first.model(numbers);
+    const OwnMean mean(specimens, {Specimen(shape_problem({source, {source}}, fit, settings, 0)), model});
 
     const double sigma = first.problem().sigma, wide = 300;  // wider, and what shapes leave of their sizes shows
     Index data = 0;

@@ -13,6 +13,7 @@
 #include "core/undefined.hpp"
 #include "posterior/fitted_draws.hpp"
 #include "posterior/minimum.hpp"
+#include "posterior/size_exponent.hpp"
 #include "posterior/specimen.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "random/normals.hpp"
@@ -222,7 +223,7 @@ struct FreeSize {
 TEST(Pose, TheEvidenceOfAFreeSizeIsThatOfDrawsFromThePrior) {
   const FreeSize of(8, 0.1);
   Specimen::Model model = model_of(of.specimen);
-  model.size_exponent = of.specimen.size_exponent(model);
+  model.size_exponent = SizeExponent(of.specimen, model).at(model);
   const ShotBatch shots(of.specimen, model);
   const double of_prior = log_mean(
       shots.log_likelihoods(shots.ends(standard_normals(1, 0, static_cast<int>(of.specimen.unknowns()), 1 << 16))));
@@ -237,7 +238,7 @@ TEST(Pose, AFreeSizeMovesThePosterior) {
   const FreeSize of(12, 0.03);
   Specimen::Model model = model_of(of.specimen);
   const FreeSize::Evidences without = of.evidences(model);
-  model.size_exponent = of.specimen.size_exponent(model);
+  model.size_exponent = SizeExponent(of.specimen, model).at(model);
   const FreeSize::Evidences found = of.evidences(model);
   EXPECT_GT(model.size_exponent, 5);
   EXPECT_NEAR(found.draws, without.draws, 0.2);

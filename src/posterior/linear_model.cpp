@@ -1,6 +1,7 @@
 #include "linear_model.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "core/factorisations.hpp"
 #include "pulson/core/errors.hpp"
@@ -104,8 +105,8 @@ LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model,
     }
 }
 
-LinearModel::LinearModel(const LinearModel& rest, const Specimen::Model& model, const MatrixXd& by_momenta)
-    : LinearModel(rest) {
+LinearModel::LinearModel(LinearModel rest, const Specimen::Model& model, const MatrixXd& by_momenta)
+    : LinearModel(std::move(rest)) {
   root_ = model.root;
   take_velocities(branches_.front().by_end * by_momenta);
 }

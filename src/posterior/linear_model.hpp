@@ -26,7 +26,7 @@ class LinearModel {
               const Eigen::VectorXd& residual, const Eigen::VectorXd& z);
   /// About a path with other derivatives by its momenta: that of rest with another kernel.
   /// @param by_momenta ∂q(T)/∂p0, dN×dN, of the model
-  LinearModel(const LinearModel& rest, const Specimen::Model& model, const Eigen::MatrixXd& by_momenta);
+  LinearModel(LinearModel rest, const Specimen::Model& model, const Eigen::MatrixXd& by_momenta);
 
   /// The covariance of the data at another θ, at the σ of the data: U² + G_v(K + ε)G_vᵀ/λ + Σ_i ρ_i² G_i G_iᵀ, U the
   /// units of the Specimen.

@@ -33,7 +33,7 @@ Specimen::Model with_narrower_kernel(const Specimen::Model& model) {
   return narrower;
 }
 
-// Numbers of a noise, its amplitudes being 0.
+// The numbers of a noise, amplitudes as 0.
 VectorXd lengths(const NoiseModel& noise, const Points& source) {
   VectorXd numbers = noise.parameters();
   for (const NoiseAmplitude& amplitude :

@@ -6,9 +6,9 @@
 
 namespace pulson::posterior {
 
-/// The models of a specimen linear about rest. Where the noise gives landmarks at rest no momentum only the velocities
-/// K(q0)p0 depend on θ, but for amplitudes of the noise, in which a LinearModel is exact, and its lengths: what noise
-/// does to the ends is then found once. Thread-safe.
+/// The models of a specimen linear about rest, at any θ. Where the noise gives landmarks at rest no momentum, what it
+/// does to their ends does not depend on the kernel: it is found once, as a LinearModel is exact in amplitudes, and
+/// anew only where other numbers of the noise differ. Thread-safe.
 class RestModel {
  public:
   /// @param model some θ, of which no amplitude of the noise is 0
@@ -25,7 +25,7 @@ class RestModel {
  private:
   std::shared_ptr<const Specimen> specimen_;
   std::shared_ptr<const LinearModel> of_any_kernel_;  ///< null where there is none
-  Eigen::VectorXd lengths_;                           ///< numbers of its noise, amplitudes being 0
+  Eigen::VectorXd lengths_;                           ///< the numbers of its noise, amplitudes as 0
 };
 
 }  // namespace pulson::posterior

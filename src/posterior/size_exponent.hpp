@@ -6,8 +6,7 @@
 
 namespace pulson::posterior {
 
-/// The size exponent e of a specimen (see there) at any θ with the same numbers of the noise but for its amplitudes.
-/// Thread-safe.
+/// The size exponent e of a specimen (see there) at any θ. Thread-safe.
 class SizeExponent {
  public:
   /// @param model as of RestModel

@@ -63,7 +63,7 @@ Specimen Specimen::at_source() const {
   matching::MatchingProblem problem = problem_;
   problem.data =
       std::make_shared<matching::LandmarkTerm>(matching::LandmarkObservations{problem.source, problem.sigma, {}, {}});
-  return Specimen(std::move(problem), pose_kind_);
+  return {std::move(problem), pose_kind_};
 }
 
 SizeExponent::SizeExponent(const Specimen& specimen, const Specimen::Model& model)

@@ -103,7 +103,7 @@ TEST(StepLanes, AreThePathsOfTheIntegrator) {
   for (const std::string& noise : kNoises)
     for (const std::string& integrator : kIntegrators)
       for (const auto& [dimension, count] : {std::pair(1, 2), std::pair(2, 5), std::pair(3, 3)}) {
-        SCOPED_TRACE(noise + " " + integrator + " d=" + std::to_string(dimension) + " N=" + std::to_string(count));
+        SCOPED_TRACE(testing::Message() << noise << ' ' << integrator << " d=" << dimension << " N=" << count);
         expect_paths_of_the_integrator(Setting("gaussian:alpha=1", noise, integrator, cloud(dimension, count)), 12);
       }
 }
@@ -112,7 +112,7 @@ TEST(StepLanes, TakeEveryKernel) {
   for (const std::string kernel : {"matern32:alpha=0.8", "matern52:alpha=1.3", "peakon:alpha=0.8",
                                    "gaussian:alpha=1+matern52:alpha=0.4,weight=0.5+peakon:alpha=1"})
     for (const std::string& integrator : kIntegrators) {
-      SCOPED_TRACE(kernel + " " + integrator);
+      SCOPED_TRACE(testing::Message() << kernel << ' ' << integrator);
       expect_paths_of_the_integrator(Setting(kernel, "ch-sd-screened:beta=0.1,gamma=0.8", integrator, cloud(2, 4)), 12);
     }
 }
